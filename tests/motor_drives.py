@@ -47,6 +47,18 @@ def played(drive: Recording, change: Change = as_it_came) -> list[Estimate]:
     return [output.estimate for output in _outputs(drive, change) if output.estimate is not None]
 
 
+def scaled(told: float) -> Callable[[Frame], Frame]:
+    """Torques are told as so much of what they are."""
+
+    def scale(frame: Frame) -> Frame:
+        if frame.can_id != TORQUE_ID:
+            return frame
+        torques_nm = np.frombuffer(frame.data, "<i2")
+        return frame._replace(data=np.rint(told * torques_nm).astype("<i2").tobytes())
+
+    return scale
+
+
 def alarms(drive: Recording, change: Change = as_it_came) -> set[tuple[str, int | None]]:
     """What is raised, and of which wheelset (from 1)."""
     return {(alarm.kind, alarm.wheelset) for output in _outputs(drive, change) for alarm in output.alarms}

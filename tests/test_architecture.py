@@ -58,8 +58,8 @@ LAYERS = {
             "moment "
             "filter filter.belief filter.physical filter.filter_lines filter.brake_filter filter.tape "
             "learned slide_protection "
-            "core core.core_numbers core.regime_watch core.prediction core.friction_doubt core.change_doubt "
-            "core.correction core.core core.new_core core.readout "
+            "core core.core_numbers core.motor_watch core.regime_watch core.prediction core.friction_doubt "
+            "core.change_doubt core.correction core.core core.new_core core.readout "
             "known_inputs statement earlier_run estimator",
         ),
         "words settings",

@@ -6,7 +6,7 @@ from brake_monitor.settings.config import Vehicle
 AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4), 6: (8.0, 6.2, 4.4, -4.4, -6.2, -8.0)}
 
 
-def make_wagon(n: int, relaxation: FrictionRelaxation | None = None) -> Wagon:
+def make_wagon(n: int, relaxation: FrictionRelaxation | None = None, *, has_motors: bool = False) -> Wagon:
     return Wagon.from_vehicle(
         Vehicle(
             id="test",
@@ -20,4 +20,5 @@ def make_wagon(n: int, relaxation: FrictionRelaxation | None = None) -> Wagon:
             drag_n_per_mps2=2.6,
         ),
         relaxation,
+        has_motors=has_motors,
     )

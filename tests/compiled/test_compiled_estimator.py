@@ -39,6 +39,7 @@ from drives import DRY, SLIDE
 from drives import drive as simulated
 from faults import frozen, lagging, scattered
 from machine_code import by_machine_code
+from motor_drives import SLIPPERY, recording, scaled
 from program import until
 
 PATIENCE_S = 60.0
@@ -209,6 +210,12 @@ def test_machine_code_gives_the_same_numbers_of_a_wagon_that_reverses() -> None:
     backwards = msgspec.structs.replace(settings.signals.speed, scale=-settings.signals.speed.scale)
     signals = msgspec.structs.replace(settings.signals, speed=backwards)
     assert_the_same(msgspec.structs.replace(settings, signals=signals), frames)
+
+
+def test_machine_code_gives_the_same_numbers_of_motors_that_err() -> None:
+    railcar = recording(SLIPPERY, (0, 1, 2, 3))
+    settings = msgspec.structs.replace(railcar.settings, output=EVERY_FRAME)
+    assert_the_same(settings, [scaled(0.85)(frame) for frame in railcar.frames])
 
 
 def test_machine_code_gives_the_same_numbers_of_a_wheel_that_is_worn() -> None:

@@ -32,6 +32,17 @@ def test_an_unsound_filter_is_recognised(spoil: float) -> None:
     assert not variance.is_sound()
 
 
+def test_what_is_learned_of_one_state_does_not_steer_what_is_admitted_along_others_later() -> None:
+    brakes = filter_of(2)
+    d, speed = brakes.layout.deceleration, brakes.layout.speed
+    brakes.covariance[d][speed] = brakes.covariance[speed][d] = 1e-3
+    brakes.learn(d, 0.02, 1e-4)
+    known = brakes.covariance[speed][speed]
+    brakes.direction[brakes.layout.friction.start] = 1.0
+    brakes.admit_along(1.0)
+    assert brakes.covariance[speed][speed] == known
+
+
 @pytest.mark.parametrize("wheelset_count", [2, 4])
 def test_pads_of_a_kind_do_not_drift_apart_for_ever(wheelset_count: int) -> None:
     brakes = filter_of(wheelset_count)

@@ -45,6 +45,7 @@ OTHERS = {
     "another load": equations(replace(WAGON, wheelsets=(FIRST._replace(load_share=0.52), SECOND))),
     "friction that relaxes": equations(Wagon.from_vehicle(VEHICLE, FrictionRelaxation(nominal=0.35, time_s=5.0))),
     "the printed model": equations(PrintedWagon.from_vehicle(VEHICLE)),
+    "a motor": equations(Wagon.from_vehicle(VEHICLE, has_motors=True)),
     "restless friction": equations()._replace(densities=DENSITIES._replace(friction=1e-3)),
     "equations to the letter": equations()._replace(literal=True),
 }

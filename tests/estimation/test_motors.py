@@ -11,7 +11,19 @@ from brake_monitor.frame import Frame
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.scenarios import Scenario
 from brake_monitor.simulator.simulate import Recording
-from motor_drives import BRAKINGS, DRY, SLIPPERY, TORQUE_ID, as_it_came, during, played, recording, since_start_s, truth
+from motor_drives import (
+    BRAKINGS,
+    DRY,
+    SLIPPERY,
+    TORQUE_ID,
+    as_it_came,
+    during,
+    played,
+    recording,
+    scaled,
+    since_start_s,
+    truth,
+)
 
 VALID = Status.VALID
 MOTORS_FADE_S = 42.0  # in the second one of `BRAKINGS`
@@ -49,16 +61,23 @@ def test_friction_and_adhesion_hold_while_motors_hand_over_to_pads() -> None:
 def test_a_torque_that_is_told_a_little_wrong_leaves_adhesion_in_its_interval(told: float) -> None:
     drive = recording(BRAKINGS, (0, 1, 2, 3))
 
-    def scaled(frame: Frame) -> Frame:
-        if frame.can_id != TORQUE_ID:
-            return frame
-        torques_nm = np.frombuffer(frame.data, "<i2")
-        return frame._replace(data=np.rint(told * torques_nm).astype("<i2").tobytes())
-
-    found = [now for now in during(played(drive, scaled), 25.0, MOTORS_FADE_S) if now.status is VALID]
+    found = [now for now in during(played(drive, scaled(told)), 25.0, MOTORS_FADE_S) if now.status is VALID]
     inside = [abs(adhesion_error(drive, now)) < 1.96 * now.adhesion_std for now in found]
     assert len(inside) > 100
     assert np.mean(inside) > 0.95
+
+
+@pytest.mark.parametrize("told", [0.92, 1.08])
+def test_by_how_much_torques_are_told_wrong_is_learned_and_not_taken_for_the_pads(told: float) -> None:
+    drive = recording(BRAKINGS, (0, 1, 2, 3))
+    found = during(played(drive, scaled(told)), 28.0, 60.0)
+    errors = [adhesion_error(drive, now) for now in found if now.status is VALID]
+    assert len(errors) > 100
+    assert np.sqrt(np.mean(np.square(errors))) < 0.002
+    pads = list(frictions(drive, during(found, MOTORS_FADE_S + 2.0, 60.0)))
+    assert len(pads) > 100
+    assert np.sqrt(np.mean([error * error for error, _ in pads])) < 0.02
+    assert np.mean([abs(error) < 1.96 * std for error, std in pads]) > 0.95
 
 
 def test_who_drives_backwards_uses_the_rail_the_other_way() -> None:

@@ -111,7 +111,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     """A wagon somewhere in its operating range, with any combination of conditions."""
     literal = draw(st.booleans())
     relaxation = draw(st.sampled_from((None, FrictionRelaxation(nominal=0.35, time_s=5.0))))
-    wagon = make_wagon(draw(st.sampled_from((1, 2, 4))), relaxation)
+    wagon = make_wagon(draw(st.sampled_from((1, 2, 4))), relaxation, has_motors=draw(st.booleans()))
     s, n = wagon.layout, wagon.layout.wheelset_count
     rng = np.random.default_rng(draw(st.integers(0, 2**32 - 1)))
     x = np.zeros(s.size)
@@ -121,6 +121,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     x[s.deceleration], x[s.decay] = rng.uniform(-1.0, 1.0), rng.uniform(-0.5, 1.0)
     x[s.force_effect] = rng.uniform(-0.3, 0.3)
     x[s.uptake] = rng.uniform(-0.5, 1.0, 3)
+    x[s.torque_error] = rng.uniform(-0.2, 0.2)
     root = rng.normal(size=(s.size, s.size)) * 0.01
     q = RIG if literal else WAGON
 
@@ -138,7 +139,8 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
 
     densities = FixedDensities(*[getattr(q, name) for name in FixedDensities._fields])
     deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
-    on_wagon = ActingOnWagon(wagon.mass_kg, rng.uniform(-0.03, 0.03), deceleration, pitching_mps2=0.0, heading=1.0)
+    gradient, torque_error_density = rng.uniform(-0.03, 0.03), rng.uniform(0.0, 1e-4)
+    on_wagon = ActingOnWagon(wagon.mass_kg, gradient, deceleration, 0.0, 1.0, torque_error_density)
     now = Conditions.of(StepLength(0.02, 0.5, 0.0), on_wagon, [acting() for _ in range(n)], densities, x[s.speed])
     return wagon, x.tolist(), (root @ root.T).tolist(), now, literal
 

@@ -30,7 +30,7 @@ def braking_inputs(wagon: Wagon, pressing_force_n: float = 40_000.0) -> Inputs:
 def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     """A wagon somewhere in its operating range, each wheelset different."""
     friction = draw(st.sampled_from((None, FrictionRelaxation(nominal=0.35, time_s=5.0))))
-    wagon = make_wagon(draw(st.sampled_from((1, 2, 4))), friction)
+    wagon = make_wagon(draw(st.sampled_from((1, 2, 4))), friction, has_motors=draw(st.booleans()))
     n, s = wagon.layout.wheelset_count, wagon.layout
 
     def vector(low: float, high: float) -> np.ndarray:
@@ -42,6 +42,7 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     x[s.friction] = vector(0.1, 0.6)
     x[s.adhesion] = vector(-0.2, 0.4)
     x[s.deceleration] = draw(st.floats(-1.0, 1.0))
+    x[s.torque_error] = draw(st.floats(-0.2, 0.2))
     u = Inputs(
         pressing_force_n=vector(0.0, 90_000.0),
         wheel_torque_nm=vector(-5000.0, 5000.0),
@@ -164,6 +165,15 @@ def test_a_wheelset_in_balance_keeps_its_speed() -> None:
     (wheelset,) = wagon.wheelsets
     u = braking_inputs(wagon, 0.1 * load_n * wheelset.wheel_radius_m / (0.35 * wheelset.brake_radius_m))
     assert wagon.derivative(x, u)[s.omega] == pytest.approx(0.0, abs=1e-9)
+
+
+def test_a_motor_turns_its_wheelset_by_more_than_it_says_where_k_says_so() -> None:
+    wagon = make_wagon(1, has_motors=True)
+    x, s = braking_state(wagon, adhesion=0.0), wagon.layout
+    x[s.torque_error] = 0.08
+    (wheelset,) = wagon.wheelsets
+    driven = wagon.derivative(x, wagon.inputs()._replace(wheel_torque_nm=[2000.0]))
+    assert driven[s.omega] * wheelset.inertia_kgm2 == pytest.approx(1.08 * 2000.0)
 
 
 def test_a_locked_wheelset_has_no_wheel_equation() -> None:

@@ -51,11 +51,14 @@ class Estimator:
         """`tuning` takes the place of the settings' own; `foretells`: add up how probable readings are."""
         self.vehicle = vehicle
         self.settings = settings
-        wagon = self.wagon_type.from_vehicle(vehicle, FrictionRelaxation.from_settings(settings))
         self._tuning = tuning or resolve(settings)
+        self.channels = tuple(channels)
+        has_motors = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in self.channels)
+        wagon = self.wagon_type.from_vehicle(
+            vehicle, FrictionRelaxation.from_settings(settings), has_motors=has_motors and not self._tuning.literal
+        )
         self._filter = self.filter_type(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
-        self.channels = tuple(channels)
         self._channel_numbers = {channel.measurand: k for k, channel in enumerate(self.channels)}
         self._alignment = Alignment(self.channels)
         self.waits = self._alignment.waits  # samples wait for those of slower sensors

@@ -80,6 +80,11 @@ class WagonMoment:
         self.gradient = 0.0
         self.deceleration_density = 0.0  # (m/s²)²/s, as in `Tuning`, ...
         self.following_density = 0.0  # ... of which, for brakes that may follow the line
+        self.torque_error_density = 0.0  # 1/s, of K
+        self.motor_direction = 0.0  # 1 while motors drive, -1 while they brake, 0 where neither was lately
+        self.motors_acted_s = -inf  # when any did last
+        self.known_torque_error = 0.0  # K as they began to, ...
+        self.known_torque_error_variance = 0.0  # ... and how well it was known
         self.pitching_mps2 = 0.0  # see `load_transfer`
         self.heading = 1.0  # -1 while the wagon reverses, as a speed with a sign has told, ...
         self.heading_told_by = -1  # ... this measured state; -1: none has, so that the wagon is taken to run forwards
@@ -92,7 +97,14 @@ class WagonMoment:
 
     def acting(self) -> ActingOnWagon:
         """What a step of the filter needs to know."""
-        return ActingOnWagon(self.mass_kg, self.gradient, self.deceleration_density, self.pitching_mps2, self.heading)
+        return ActingOnWagon(
+            self.mass_kg,
+            self.gradient,
+            self.deceleration_density,
+            self.pitching_mps2,
+            self.heading,
+            self.torque_error_density,
+        )
 
 
 class WheelsetMoment:

@@ -149,6 +149,7 @@ class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):
     adhesion_std: Tuned | None = None
     deceleration_std: Tuned | None = None
     speed_lag_std: Tuned | None = None
+    torque_error_std: Tuned | None = None
 
 
 class EstimatorSettings(Struct, frozen=True, forbid_unknown_fields=True):

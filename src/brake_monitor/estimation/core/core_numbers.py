@@ -44,6 +44,7 @@ class CoreNumbers:
     deceleration_place: int  # where d is
     creep_place: int  # where E, B and C_k begin; they end ...
     lag_place: int  # ... where L is
+    torque_error_place: int  # where K is, if torques are mapped
     wheels: Sequence[WheelsetMoment]  # N
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
     channels: Sequence[ChannelState]  # one for each mapped signal
@@ -53,11 +54,13 @@ class CoreNumbers:
     foretold: Foretold
     largest_deceleration_mps2: float
     uptake_std: float  # of C_k as known beforehand: they do not walk further than that from slide to slide
+    torque_error_std: float  # of K as known beforehand
     converged_adhesion_std: float  # below them estimates are `valid`
     converged_friction_std: float
     one_wsp_signal: bool  # at most one is mapped: it stands for all wheelsets
     has_torque_signal: bool  # any motor's torque is mapped
     learns_lag: bool  # L is a state
+    learns_torque_error: bool  # K is
     literal: bool  # the covariances of (20)
     filter: Any  # a BrakeFilter, or its numbers
 

@@ -40,6 +40,7 @@ def new_core(
         deceleration_place=layout.deceleration,
         creep_place=layout.creep.start,
         lag_place=layout.lag,
+        torque_error_place=layout.torque_error.start,
         wheels=[
             WheelsetMoment(own, load_n, settings.contact_force_n, std**2, has_motor=has_torque_signal)
             for own, load_n, std in zip(wagon.wheelsets, loads_n, noise_std[:-1], strict=True)
@@ -52,11 +53,13 @@ def new_core(
         foretold=Foretold(foretells),
         largest_deceleration_mps2=UNEXPLAINED_SIGMAS * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
         uptake_std=tuning.uptake_std,
+        torque_error_std=tuning.torque_error_std,
         converged_adhesion_std=tuning.converged_adhesion_std,
         converged_friction_std=tuning.converged_friction_std,
         one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in by_measurand,
         has_torque_signal=has_torque_signal,
         learns_lag=tuning.speed_lag_std > 0.0,
+        learns_torque_error=layout.torque_error.stop > layout.torque_error.start,
         literal=tuning.literal,
         filter=brakes,
     )

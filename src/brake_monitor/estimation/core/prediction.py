@@ -112,7 +112,10 @@ class Prediction(RegimeWatch):
         """The mu_w,i that brake and motor of wheelset i ask for if it rolls."""
         wheel, load_n = self.wheels[i], self.wheels[i].next_wheel_load_n
         by_brake = self.filter.x[self.friction_place + i] * braking_ratio(wheel, wheel.end_force_n, load_n)
-        asked: float = by_brake + motor_demand(wheel, wheel.end_torque_nm, load_n)
+        by_motor = motor_demand(wheel, wheel.end_torque_nm, load_n)
+        if self.learns_torque_error:
+            by_motor *= 1.0 + self.filter.x[self.torque_error_place]
+        asked: float = by_brake + by_motor
         return asked
 
     def follow_deceleration(self, before_mps: float, step_s: float) -> None:

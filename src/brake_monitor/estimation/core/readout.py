@@ -14,7 +14,7 @@ from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.model.wheelset import motor_demand
 
 SETTLING_S = 3.0  # from a start or restart to `valid`
-MOTOR_TORQUE_STD = 0.04  # of a torque that is told: drives estimate it, mostly without a sensor, to a few per cent
+OWN_TORQUE_STD = 0.03  # by how much, relative, one motor errs beside what all do
 PROVEN_SIGMAS = 3.0  # of L: less certain, it would shift the speed by as much as creep is, a few per mille
 
 # How far an estimate is to be trusted; of several that hold, the first after VALID.
@@ -90,15 +90,14 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
     """What is known of the wagon; `slides`: any wheelset does, or its protection acts; `lost`: an input is."""
     now, x, n, covariance = core.now, core.filter.x, core.wheelset_count, core.filter.covariance
     first, d = core.adhesion_place, core.deceleration_place
-    adhesion, variance, by_motors, weight_n = 0.0, 0.0, 0.0, now.mass_kg * GRAVITY_MPS2
+    adhesion, variance, weight_n = 0.0, 0.0, now.mass_kg * GRAVITY_MPS2
     for i in range(n):
         share = core.wheels[i].next_wheel_load_n / weight_n
         adhesion += share * x[first + i]
-        by_motors += share * adhesion_by_motor(core, i)
         for j in range(n):
             other = core.wheels[j].next_wheel_load_n / weight_n
             variance += share * other * covariance[first + i][first + j]
-    adhesion_std = hypot(timed_std(core, variance), MOTOR_TORQUE_STD * by_motors)
+    adhesion_std = timed_std(core, variance)
     trust = trust_in(lost, now.near_standstill, settles, adhesion_std > core.converged_adhesion_std, doubts != 0)
     return WagonReadout(
         now.time_s,
@@ -135,7 +134,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         min(applied.line_friction_std, sqrt(applied.line_friction_share) * friction_std),
         float(trust),
         x[adhesion],
-        hypot(timed_std(core, covariance[adhesion][adhesion]), MOTOR_TORQUE_STD * adhesion_by_motor(core, i)),
+        hypot(timed_std(core, covariance[adhesion][adhesion]), OWN_TORQUE_STD * adhesion_by_motor(core, i)),
         wheel.force.value,
         float(wheel.checks.still.renewals),
         1.0 if wheel.checks.scatter.is_large else 0.0,

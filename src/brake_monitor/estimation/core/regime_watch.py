@@ -3,7 +3,7 @@
 from math import exp, inf, log, sqrt
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.core.core_numbers import CoreNumbers
+from brake_monitor.estimation.core.motor_watch import MotorWatch
 from brake_monitor.estimation.doubts.consistency import OUT_OF_STEP
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.regime import STUCK_FRICTION_STD
@@ -27,7 +27,7 @@ PULL_CUT_S = 1.0  # so quickly traction may be cut ...
 PULL_ENDS_S = 3.0  # ... within so long after the brake has come on
 
 
-class RegimeWatch(CoreNumbers):
+class RegimeWatch(MotorWatch):
     """Sets flags and densities before each step, by what is estimated so far."""
 
     __slots__ = ()
@@ -56,6 +56,8 @@ class RegimeWatch(CoreNumbers):
         if not now.pressed and now.time_s - now.pressed_s < ROLLING_AGAIN_S:
             now.coasting_mps2 = self.filter.x[self.deceleration_place]
         self.set_deceleration_density()
+        if self.learns_torque_error:
+            self.see_motors()
 
     def set_known_torques(self) -> None:
         """Set of which wheelsets the torques are known, and which brakes are `silent`.

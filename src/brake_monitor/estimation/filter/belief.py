@@ -50,6 +50,8 @@ class Belief:
             self.x[i] += gain * residual
             for j in range(size):
                 self.covariance[i][j] -= gain * self.direction[j]
+        for i in range(size):
+            self.direction[i] = 0.0  # else what is admitted along some states next would move all others, too
 
     def admit_along(self, variance: float) -> None:
         """Admit that x has moved along `direction` by an unknown multiple of it, of this variance."""

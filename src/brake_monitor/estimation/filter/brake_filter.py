@@ -72,6 +72,7 @@ class BrakeFilter(Belief):
         for place, first in zip(range(s.uptake.start, s.uptake.stop), tuning.first_uptake, strict=True):
             self.forget(place, first, tuning.uptake_std)
         self.forget(s.lag, 0.0, tuning.speed_lag_std)
+        self.forget_all(s.torque_error, 0.0, tuning.torque_error_std)
 
     def restore_parameters(self, place: int) -> None:
         """Take friction, d, E, B and C_k, with their covariances, from a snapshot."""

@@ -12,6 +12,7 @@ FORCE_EFFECT_RANGE = (-0.6, 0.6)
 DECAY_RANGE = (-0.5, 1.0)  # s/m
 UPTAKE_RANGE = (-1.0, 1.5)
 LAG_RANGE = (-0.12, 0.5)  # s; below 0 it is the pressing forces that come late
+TORQUE_ERROR_RANGE = (-0.5, 0.5)
 LARGEST = 1e100  # a number beyond this is not finite enough: a few of them must still add up to a finite one
 
 
@@ -26,6 +27,8 @@ def physical_range(s: StateLayout) -> tuple[Vector, Vector]:
     for place in range(s.uptake.start, s.uptake.stop):
         lower[place], upper[place] = UPTAKE_RANGE
     lower[s.lag], upper[s.lag] = LAG_RANGE
+    for place in range(s.torque_error.start, s.torque_error.stop):
+        lower[place], upper[place] = TORQUE_ERROR_RANGE
     return lower, upper
 
 

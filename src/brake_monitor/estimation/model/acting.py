@@ -39,3 +39,4 @@ class ActingOnWagon(NamedTuple):
     deceleration_density: float
     pitching_mps2: float
     heading: float
+    torque_error_density: float

@@ -35,6 +35,7 @@ class Conditions(NamedTuple):
     acting: Sequence[Acting]  # on each wheelset
     densities: FixedDensities
     deceleration_density: float  # of d, (m/s²)²/s: what it walks with time, and with distance at the speed of now
+    torque_error_density: float  # of K, 1/s
 
     @classmethod
     def of(
@@ -48,7 +49,8 @@ class Conditions(NamedTuple):
         """Those under what acts on the wagon, at this speed, and on each wheelset."""
         u = Inputs.of(acting, now.mass_kg, now.gradient)
         deceleration_density = now.deceleration_density + densities.deceleration_per_metre * speed_mps
-        return cls(length.step_s, length.share_memory_steps, u, acting, densities, deceleration_density)
+        memory_steps, torque_error_density = length.share_memory_steps, now.torque_error_density
+        return cls(length.step_s, memory_steps, u, acting, densities, deceleration_density, torque_error_density)
 
 
 class Predicted(NamedTuple):
@@ -68,7 +70,8 @@ class Response(NamedTuple):
     adhesion: float  # change of mu_w,i ...
     per_friction: float  # ... and its derivatives by mu_b,i, ...
     per_effect: float  # ... E ...
-    per_uptake: Sequence[float]  # ... and the C_k
+    per_uptake: Sequence[float]  # ... the C_k ...
+    per_torque_error: Sequence[float]  # ... and K, where it is a state
 
 
 class WheelsetResponse(NamedTuple):
@@ -88,7 +91,7 @@ def share_memory_steps(step_s: float) -> float:
 def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
     """A step with the covariances of (20), which belong to steps and not to time."""
     derivative, jacobian = wagon.linearise(x, now.u)
-    q = density(wagon.layout, now.densities, now.deceleration_density, now.acting)
+    q = density(wagon.layout, now.densities, now.deceleration_density, now.torque_error_density, now.acting)
     step, noise = ekf.scaled(jacobian, now.step_s), ekf.scaled(q, now.step_s)
     moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
     return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
@@ -104,13 +107,14 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
     """
     s = wagon.layout
     uptake = range(s.uptake.start, s.uptake.stop)
+    torque_error = range(s.torque_error.start, s.torque_error.stop)
     following = [_response(wagon, i, x, now) for i in range(s.wheelset_count)]
     meanwhile = list(x)
     for i, own in enumerate(following):
         meanwhile[s.friction.start + i] += own.middle.friction
         meanwhile[s.adhesion.start + i] += own.middle.adhesion
     derivative, jacobian = wagon.linearise(meanwhile, now.u)
-    q = density(s, now.densities, now.deceleration_density, now.acting)
+    q = density(s, now.densities, now.deceleration_density, now.torque_error_density, now.acting)
     noise = ekf.process_noise(jacobian, q, now.step_s)
     step = ekf.scaled(jacobian, now.step_s)
     moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
@@ -120,12 +124,14 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
             row[s.force_effect] += row[friction] * own.middle.friction_per_effect
             row[s.force_effect] += row[adhesion] * own.middle.per_effect
             row[friction] += row[adhesion] * own.middle.per_friction
-            for place, change in zip(uptake, own.middle.per_uptake, strict=True):
-                row[place] += row[adhesion] * change
+            for places, changes in ((uptake, own.middle.per_uptake), (torque_error, own.middle.per_torque_error)):
+                for place, change in zip(places, changes, strict=True):
+                    row[place] += row[adhesion] * change
         step[friction][s.force_effect] = own.end.friction_per_effect
         step[adhesion][friction] = own.end.per_friction
         step[adhesion][s.force_effect] = own.end.per_effect
         step[adhesion][s.uptake] = own.end.per_uptake
+        step[adhesion][s.torque_error] = own.end.per_torque_error
         slid_mps = acting.slides * acting.slip_change_mps
         step[adhesion][adhesion] = -x[s.decay] * slid_mps
         step[adhesion][s.decay] = -x[adhesion] * slid_mps
@@ -141,7 +147,7 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
 
         q_i     = F_perp,i r_B / (m g s_i r_W)
         Δmu_b,i = E Δq_i                                     of a wheelset that slid lately, else 0
-        Δmu_w,i = c_i Δ(q_i mu_b,i - M_W,i / (m g s_i r_W))  with c_i = 1 as it rolls, else Σ_k w_k C_k
+        Δmu_w,i = c_i Δ(q_i mu_b,i - (1 + K) M_W,i / (m g s_i r_W))  with c_i = 1 as it rolls, else Σ_k w_k C_k
 
     mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
     walk of mu_w to the filter, and so does a motor that hands over to the pads: it lags, and puts the difference
@@ -168,10 +174,11 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
     dq_middle, dq_end = [braking_ratio(wheelset, force_n, own.wheel_load_n) - q for force_n in forces_n]
     asked_then = [motor_demand(wheelset, torque_nm, own.wheel_load_n) for torque_nm in torques_nm]
     driven_middle, driven_end = [then - driven for then in asked_then]
+    torque_share = 1.0 + sum(x[s.torque_error])  # of what is told
 
     def asked(dq: float, driven: float) -> Response:
         """Both changes, to first order in Δq_i, and their derivatives; `driven`: what the motor asks for more."""
-        per_taken = (friction + shown * q * effect) * dq + driven
+        per_taken = (friction + shown * q * effect) * dq + driven * torque_share
         return Response(
             friction=shown * effect * dq,
             friction_per_effect=shown * dq,
@@ -179,9 +186,10 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
             per_friction=taken * dq,
             per_effect=taken * shown * q * dq,
             per_uptake=[weight * per_taken for weight in weights],
+            per_torque_error=[taken * driven for _ in x[s.torque_error]],
         )
 
-    share_std = dq_end * friction + driven_end
+    share_std = dq_end * friction + driven_end * torque_share
     omega_std = brake_radps(wheelset, friction, own.impulse_std_ns)
     unseen_std = brake_radps(wheelset, friction, own.unseen_std_ns)
     return WheelsetResponse(

@@ -25,12 +25,16 @@ class FixedDensities(NamedTuple):
     uptake: float
 
 
-def density(layout: StateLayout, fixed: FixedDensities, deceleration: float, acting: Sequence[Acting]) -> Matrix:
-    """Q, spectral density of the process noise, shape (n, n); `deceleration`: that of d in this step."""
+def density(
+    layout: StateLayout, fixed: FixedDensities, deceleration: float, torque_error: float, acting: Sequence[Acting]
+) -> Matrix:
+    """Q, spectral density of the process noise, shape (n, n); `deceleration` and `torque_error`: those of d and K."""
     s, q = layout, zeros(layout.size)
     q[s.speed][s.speed] = fixed.speed
     q[s.deceleration][s.deceleration] = deceleration
     q[s.decay][s.decay] = fixed.adhesion_decay * sum([own.slides for own in acting]) / len(acting)
+    for place in range(s.torque_error.start, s.torque_error.stop):
+        q[place][place] = torque_error
     uptake = fixed.uptake * sum([own.unsettled for own in acting]) / len(acting)
     for place in range(s.uptake.start, s.uptake.stop):
         q[place][place] = uptake

@@ -2,12 +2,12 @@
 
 
 class StateLayout:
-    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, E, B, C_1..3, L]: (13) with some more.
+    """Where each state lives in x = [omega_1..N, v, mu_b,1..N, mu_w,1..N, d, E, B, C_1..3, L, K]: (13) with some more.
 
-    Two of as many wheelsets are equal.
+    K is there where motors' torques are. Two of as many wheelsets, both with or without K, are equal.
     """
 
-    def __init__(self, wheelset_count: int) -> None:
+    def __init__(self, wheelset_count: int, *, has_motors: bool = False) -> None:
         n = self.wheelset_count = wheelset_count
         self.omega = slice(0, n)  # wheelset angular speeds, rad/s
         self.speed = n  # vehicle speed v, m/s
@@ -20,10 +20,11 @@ class StateLayout:
         self.uptake = slice(3 * n + 4, 3 * n + 7)  # C_k, of a changing brake torque what the rail takes up at a slip
         self.creep = slice(3 * n + 2, 3 * n + 7)  # E, B and C_k: what slides teach
         self.lag = 3 * n + 7  # L, by which readings of v come late, s; below 0, pressing forces
-        self.size = 3 * n + 8
+        self.torque_error = slice(3 * n + 8, 3 * n + 8 + has_motors)  # K: motors give 1 + K times what is told
+        self.size = self.torque_error.stop
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, StateLayout) and other.wheelset_count == self.wheelset_count
+        return isinstance(other, StateLayout) and hash(other) == hash(self)
 
     def __hash__(self) -> int:
-        return hash(self.wheelset_count)
+        return hash((self.wheelset_count, self.size))

@@ -42,6 +42,7 @@ class Tuning(Struct, frozen=True):
     first_uptake: tuple[float, float, float] = (0.8, 0.35, 0.0)  # before any slide: most creep curves peak at 2 to 6 %
     force_effect_std: float = 0.0  # of E, see `wagon`
     speed_lag_std: float = 0.0  # s, by how much readings of the vehicle's speed may come late, or the forces
+    torque_error_std: float = 0.05  # of K: drives estimate their torque, mostly without a sensor, to a few per cent
     literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
     omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
     speed_variance: float | None = None  # R_22 of (20) in (m/s)²

@@ -26,6 +26,7 @@ Beyond the paper, and N wheelsets instead of two:
   they press, organic ones by some 5 to 10 % up to full force. Slide protection that vents and fills the brake shows how
   the torque changes with the force, mu_b + q_i dmu_b/dq_i; taken for mu_b itself, the difference goes into d.
 * **L**, by which readings of v come late.
+* **K**, the relative error of the torque that motors are said to have.
 
 What E, B and C_k do belongs to a step, not to f(x, u): see `coupled_step`; what L does, to a reading (15).
 """
@@ -109,12 +110,17 @@ class Wagon:
     relaxation: FrictionRelaxation | None = None  # (9); without it mu_b,i is a random walk (8)
 
     @classmethod
-    def from_vehicle(cls, vehicle: Vehicle, relaxation: FrictionRelaxation | None = None) -> Self:
-        """Take the parameters from the configuration and spread the load over the wheelsets."""
+    def from_vehicle(
+        cls, vehicle: Vehicle, relaxation: FrictionRelaxation | None = None, *, has_motors: bool = False
+    ) -> Self:
+        """Take the parameters from the configuration and spread the load over the wheelsets.
+
+        `has_motors`: their torque is told, and its error is a state.
+        """
         shares, transfers = load_distribution(vehicle)
         own = vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, vehicle.brake_radius_m
         return cls(
-            layout=StateLayout(vehicle.wheelset_count),
+            layout=StateLayout(vehicle.wheelset_count, has_motors=has_motors),
             mass_kg=vehicle.mass_kg,
             cog_height_m=vehicle.cog_height_m,
             wheelsets=tuple(Wheelset(*row) for row in zip(*own, shares.tolist(), transfers.tolist(), strict=True)),
@@ -206,9 +212,9 @@ class Wagon:
         return row
 
     def _wheel_equation(self, i: int, x: Sequence[float], u: Inputs) -> tuple[float, Vector]:
-        """omegȧ_i from (6), (7), (10): J_i omegȧ_i = mu_w,i F_z,i r_W - mu_b,i F_perp,i r_B + M_W,i; and ∂omegȧ_i/∂x.
+        """omegȧ_i from (6), (7), (10), and ∂omegȧ_i/∂x; zero for a locked wheelset.
 
-        Zero for a locked wheelset.
+        J_i omegȧ_i = mu_w,i F_z,i r_W - mu_b,i F_perp,i r_B + (1 + K) M_W,i
         """
         s, wheelset = self.layout, self.wheelsets[i]
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
@@ -217,4 +223,5 @@ class Wagon:
         by_motor = motor_radps2(wheelset, u.wheel_torque_nm[i], u.has_equation[i])
         row = [0.0] * s.size
         row[adhesion], row[friction] = by_rail, -by_brake
-        return by_rail * x[adhesion] - by_brake * x[friction] + by_motor, row
+        row[s.torque_error] = [by_motor for _ in x[s.torque_error]]
+        return by_rail * x[adhesion] - by_brake * x[friction] + by_motor * (1.0 + sum(x[s.torque_error])), row

@@ -1,0 +1,82 @@
+"""By how much motors err, K: when it may change, and what it may not explain.
+
+As motors come on, the wagon slows down by 1 + K times what their torque says, or gains as much speed, at once: so K is
+learned, and friction of the pads that take over is not taken for it. A line that changes in the same seconds looks
+alike; by more than K can be, it is the line.
+"""
+
+from math import sqrt
+
+from brake_monitor.estimation.core.core_numbers import CoreNumbers
+from brake_monitor.estimation.model.wheelset import motor_demand
+
+RENEWED_STD = 0.03  # of K, as motors begin to drive or to brake: they err otherwise then ...
+DENSITY = 1e-5  # 1/s, ... and otherwise at another speed and heat
+REST_S = 1.0  # without any torque for longer, they begin anew
+STRAYED_SIGMAS = 2.0  # of K, as it was known when they began
+
+
+class MotorWatch(CoreNumbers):
+    """Watches motors whose torque is told."""
+
+    __slots__ = ()
+
+    def see_motors(self) -> None:
+        """Before a step: let K walk while motors act, widen it as they begin, and hold it to what it can be."""
+        now, torque_nm, act = self.now, 0.0, False
+        for i in range(self.wheelset_count):
+            torque_nm += self.wheels[i].torque.value
+            act = act or self.motor_acts(i)
+        now.torque_error_density = 0.0
+        if not act:
+            if now.time_s - now.motors_acted_s > REST_S:
+                now.motor_direction = 0.0
+            return
+        now.motors_acted_s = now.time_s
+        direction = 1.0 if torque_nm > 0.0 else -1.0
+        if direction != now.motor_direction:
+            now.motor_direction = direction
+            self.renew_torque_error()
+        elif self.torque_error_variance() < self.torque_error_std * self.torque_error_std:
+            now.torque_error_density = DENSITY
+        if self.has_torque_error_strayed():
+            self.give_to_line()
+
+    def renew_torque_error(self) -> None:
+        """Widen K as motors begin to drive or to brake, and note what is known of it."""
+        now, place = self.now, self.torque_error_place
+        variance = self.torque_error_variance() + RENEWED_STD * RENEWED_STD
+        now.known_torque_error_variance = min(variance, self.torque_error_std * self.torque_error_std)
+        now.known_torque_error = self.filter.x[place]
+        self.filter.forget(place, self.filter.x[place], sqrt(now.known_torque_error_variance))
+
+    def torque_error_variance(self) -> float:
+        """That of K."""
+        place = self.torque_error_place
+        variance: float = self.filter.covariance[place][place]
+        return variance
+
+    def has_torque_error_strayed(self) -> bool:
+        """Whether K has left what was known of it as the motors began."""
+        strayed = self.filter.x[self.torque_error_place] - self.now.known_torque_error
+        limit = STRAYED_SIGMAS * STRAYED_SIGMAS * self.now.known_torque_error_variance
+        has_strayed: bool = strayed * strayed > limit
+        return has_strayed
+
+    def give_to_line(self) -> None:
+        """Let d take what K has strayed by, with the mu_w that the motors then have asked for.
+
+        K and d against it, so that v̇ stays as it is, may be off by all of that; what was known of K says the rest.
+        """
+        now, brakes, place = self.now, self.filter, self.torque_error_place
+        strayed = brakes.x[place] - now.known_torque_error
+        for k in range(len(brakes.direction)):
+            brakes.direction[k] = 0.0
+        brakes.direction[place] = 1.0
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            asked = motor_demand(wheel, wheel.torque.value, wheel.wheel_load_n)
+            brakes.direction[self.adhesion_place + i] = asked
+            brakes.direction[self.deceleration_place] -= asked * wheel.wheel_load_n / now.mass_kg
+        brakes.admit_along(strayed * strayed)
+        brakes.learn(place, now.known_torque_error, now.known_torque_error_variance)
