@@ -14,7 +14,7 @@ from brake_monitor.cli import main
 from brake_monitor.frame import FrameKind
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.example_vehicles import example_settings
-from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.brake_faults import BrakeFault, set_faults
 from brake_monitor.simulator.due import dues
 from brake_monitor.simulator.due.alarm import DELAY_S, Due
 from brake_monitor.simulator.ordinary_service import ordinary_disturbances, ordinary_service
@@ -248,14 +248,23 @@ def test_a_sensor_says_the_wrong_thing_while_its_fault_lasts(failure: SensorFail
 def test_a_fault_of_a_brake_begins_at_its_time_and_on_its_wheelset() -> None:
     fault = BrakeFault(1, 10.0, True, 0.6, 9e3, 0.5, Profile(((0.0, 0.7),)))
     sound, early, late = ([SimpleNamespace(), SimpleNamespace()] for _ in range(3))
-    BrakeFault().set(0.0, sound)
-    BrakeFault().set(0.0, late)
-    BrakeFault().set(0.0, early)
-    fault.set(9.9, early)
+    set_faults((), 0.0, sound)
+    set_faults((fault,), 9.9, early)
     assert early == sound
-    fault.set(10.0, late)
+    set_faults((fault,), 10.0, late)
     assert late[0] == sound[0]
     assert vars(late[1]) == {"inlet": 0.0, "least_bar": 0.6, "stuck_n": 9e3, "rigging": 0.5, "friction_factor": 0.7}
+
+
+def test_faults_of_one_brake_act_together() -> None:
+    wheels = [SimpleNamespace()]
+    worn = BrakeFault(friction=Profile(((0.0, 0.8),)))
+    bent = BrakeFault(0, rigging=0.5, residual_bar=0.4)
+    leaking = BrakeFault(0, rigging=0.9, residual_bar=0.3)
+    set_faults((bent, BrakeFault(0, stuck_force_n=5e3), worn, leaking), 1.0, wheels)
+    set_faults((bent, BrakeFault(0, stuck_force_n=5e3), worn, leaking), 2.0, wheels)
+    expected = {"inlet": 1.0, "least_bar": 0.4, "stuck_n": 5e3, "rigging": 0.45, "friction_factor": 0.8}
+    assert vars(wheels[0]) == pytest.approx(expected)
 
 
 def test_a_silent_bus_carries_nothing_and_a_bad_contact_error_frames() -> None:

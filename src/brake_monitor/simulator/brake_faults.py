@@ -1,5 +1,6 @@
 """What may be wrong with a brake, as mechanics."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
 
 from brake_monitor.simulator.physics.motion import Wheelsets
@@ -21,11 +22,20 @@ class BrakeFault:
     friction: Profile = UNCHANGED  # friction over that of sound pads, over time
 
     def set(self, time_s: float, wheels: Wheelsets) -> None:
-        """Let the fault act at `time_s`."""
+        """Let the fault act at `time_s`, beside what others do to the same brake."""
+        if time_s < self.from_s:
+            return
         for wheel in wheels if self.wheelset is None else (wheels[self.wheelset],):
-            acts = time_s >= self.from_s
-            wheel.inlet = 0.0 if acts and self.isolated else 1.0
-            wheel.least_bar = self.residual_bar if acts else 0.0
-            wheel.stuck_n = self.stuck_force_n if acts else 0.0
-            wheel.rigging = self.rigging if acts else 1.0
-            wheel.friction_factor = self.friction.at(time_s) if acts else 1.0
+            wheel.inlet *= 0.0 if self.isolated else 1.0
+            wheel.least_bar = max(wheel.least_bar, self.residual_bar)
+            wheel.stuck_n = max(wheel.stuck_n, self.stuck_force_n)
+            wheel.rigging *= self.rigging
+            wheel.friction_factor *= self.friction.at(time_s)
+
+
+def set_faults(faults: Iterable[BrakeFault], time_s: float, wheels: Wheelsets) -> None:
+    """Let faults act at `time_s` on brakes that are sound but for them."""
+    for wheel in wheels:
+        wheel.inlet, wheel.least_bar, wheel.stuck_n, wheel.rigging, wheel.friction_factor = 1.0, 0.0, 0.0, 1.0, 1.0
+    for fault in faults:
+        fault.set(time_s, wheels)

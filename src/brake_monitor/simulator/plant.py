@@ -11,7 +11,7 @@ import numpy as np
 
 from brake_monitor.arrays import Floats
 from brake_monitor.settings.config import Vehicle
-from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.brake_faults import BrakeFault, set_faults
 from brake_monitor.simulator.journey import LegDriver, LegJourney
 from brake_monitor.simulator.physics.compiled import side_by_side
 from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
@@ -121,8 +121,8 @@ class Plant:
             self._motors.step(SAMPLE_S, demand, pull_n, self._wheels)
             pull_n = 0.0  # it is theirs
         self._rail.step(middle_s, SAMPLE_S, self._sanding)
-        for fault in self._modifiers.brake_faults:
-            fault.set(time_s, self._wheels)
+        if self._modifiers.brake_faults:
+            set_faults(self._modifiers.brake_faults, time_s, self._wheels)
         now = self._now(middle_s, steps, demand, pull_n)
         advance(now, self._compiled_wagon, self._compiled_wheels, rows, every)
 
