@@ -230,13 +230,13 @@ class Store:
     def brakes(self) -> Brakes | None:
         """The brake units as last written; None before."""
         with self._own_errors():
-            rows = list(self._db.execute("SELECT wheelset, time_s FROM wear ORDER BY wheelset"))
+            rows = list(self._db.execute("SELECT wheelset, time_s, content FROM wear ORDER BY wheelset"))
             if not rows:
                 return None
             time_s = msgspec.convert(rows[0][1], float | None)
-        if [wheelset for wheelset, _ in rows] != list(range(1, len(rows) + 1)):
+            units = tuple(msgspec.json.decode(content, type=BrakeUnit) for *_, content in rows)
+        if [wheelset for wheelset, *_ in rows] != list(range(1, len(rows) + 1)):
             raise self._refused("wheelsets are missing in the wear")
-        units = tuple(self._read("SELECT content FROM wear ORDER BY wheelset", BrakeUnit))
         running = self._read("SELECT value FROM meta WHERE name = 'running'", ApplicationRecord)
         brakes = Brakes(time_s, units, tuple(self.applications(APPLICATIONS_JUDGED)), running[0] if running else None)
         if reason := why_impossible(brakes):
@@ -260,16 +260,16 @@ class Store:
 
     def gauges(self) -> list[MarkedGauge]:
         """The gauge entries that the written brakes do not contain yet, oldest first."""
-        with self._own_errors():
-            numbers = list(self._db.execute("SELECT number FROM gauges WHERE applied = 0 ORDER BY number"))
-        gauges = self._read("SELECT content FROM gauges WHERE applied = 0 ORDER BY number", Gauge)
-        if not all(is_time(gauge.time_s) for gauge in gauges):
-            raise self._refused("a gauge entry is of a time that cannot be")
         file = self.file
-        return [
-            MarkedGauge(GaugeMark(file, self._whole(number)), gauge)
-            for (number,), gauge in zip(numbers, gauges, strict=False)
-        ]
+        with self._own_errors():
+            rows = self._db.execute("SELECT number, content FROM gauges WHERE applied = 0 ORDER BY number")
+            gauges = [
+                MarkedGauge(GaugeMark(file, self._whole(number)), msgspec.json.decode(content, type=Gauge))
+                for number, content in rows
+            ]
+        if not all(is_time(entry.gauge.time_s) for entry in gauges):
+            raise self._refused("a gauge entry is of a time that cannot be")
+        return gauges
 
     def messages(self) -> Iterator[tuple[int, bytes]]:
         """What waits in the outbox, by sequence; read as it is asked for."""
