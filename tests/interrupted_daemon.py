@@ -12,6 +12,10 @@ from brake_monitor.errors import BrakeMonitorError
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.example_vehicles import example_config
+from brake_monitor.simulator.files import write_log
+from brake_monitor.simulator.simulate import EPOCH_S
+from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store
 
@@ -20,6 +24,16 @@ PATIENCE_S = 300.0
 SPEED = 8.0
 
 Daemon = subprocess.Popen[str]
+
+
+def prepare(folder: Path, zenoh: str, end_s: float) -> None:
+    """A configuration with a state directory and this in its [zenoh], and a recording of so many seconds."""
+    example = example_config("wagon")
+    text = example.read_text().replace('"socketcan"', '"virtual"').replace('"can0"', '"interrupted"')
+    text = text.replace('dbc = ["', f'dbc = ["{example.parent}/')
+    (folder / "wagon.toml").write_text(f'{text}\n[store]\ndirectory = "state"\n[zenoh]\n{zenoh}\n')
+    frames = simulate("wsp", load_settings(folder / "wagon.toml"), 0).frames
+    write_log(folder / "wsp.log", [frame for frame in frames if frame.time_s < EPOCH_S + end_s])
 
 
 @contextmanager

@@ -8,14 +8,10 @@ from pathlib import Path
 import msgspec
 
 from brake_monitor.publishing.outbox import Event
-from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.example_vehicles import example_config
-from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.simulate import EPOCH_S
-from brake_monitor.simulator.simulate import run as simulate
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store_outbox import StoreOutbox
-from interrupted_daemon import daemon, kept_until_s, wait_until
+from interrupted_daemon import daemon, kept_until_s, prepare, wait_until
 from network import free_port
 from program import PATIENCE_S, Python, Router, until
 
@@ -39,15 +35,6 @@ with zenoh.open(zenoh.Config.from_json5(json.dumps(values))) as session:
 """
 
 
-def prepare(folder: Path, endpoint: str) -> None:
-    example = example_config("wagon")
-    text = example.read_text().replace('"socketcan"', '"virtual"').replace('"can0"', '"delivery"')
-    text = text.replace('dbc = ["', f'dbc = ["{example.parent}/')
-    (folder / "wagon.toml").write_text(f'{text}\n[store]\ndirectory = "state"\n[zenoh]\nconnect = ["{endpoint}"]\n')
-    frames = simulate("wsp", load_settings(folder / "wagon.toml"), 0).frames
-    write_log(folder / "wsp.log", [frame for frame in frames if frame.time_s < EPOCH_S + END_S])
-
-
 def kept_events(folder: Path) -> dict[bool, list[tuple[str, int]]]:
     """Key and sequence of what the memory has kept, in order: of alarms (True) and of wear (False)."""
     outbox = StoreOutbox(folder / "state" / FILE_NAME, "wagon-8127")
@@ -61,7 +48,7 @@ def kept_events(folder: Path) -> dict[bool, list[tuple[str, int]]]:
 
 def test_every_alarm_and_wear_once_and_in_order_over_a_kill_a_router_that_dies_and_a_stop(tmp_path: Path) -> None:
     endpoint = f"tcp/127.0.0.1:{free_port()}"
-    prepare(tmp_path, endpoint)
+    prepare(tmp_path, f'connect = ["{endpoint}"]', END_S)
     with ExitStack() as stack:
         router = stack.enter_context(Router(endpoint))
         subscriber = stack.enter_context(Python(SUBSCRIBER, endpoint, "client"))

@@ -12,11 +12,8 @@ from brake_monitor.cli import main
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.example_vehicles import example_config
-from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.simulate import EPOCH_S
-from brake_monitor.simulator.simulate import run as simulate
-from interrupted_daemon import PATIENCE_S, daemon, kept, kept_until_s, wait_until
+from interrupted_daemon import PATIENCE_S, daemon, kept, kept_until_s, prepare, wait_until
 from program import until
 
 KILLED_S = (60.0, 75.0)  # in the long slide
@@ -28,15 +25,8 @@ END_S = 113.0
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """A configuration with a state directory, and a recording."""
     folder = tmp_path_factory.mktemp("restart")
-    example = example_config("wagon")
-    text = example.read_text().replace('"socketcan"', '"virtual"').replace('"can0"', '"restart"')
-    text = text.replace('dbc = ["', f'dbc = ["{example.parent}/')
-    (folder / "wagon.toml").write_text(f'{text}\n[store]\ndirectory = "state"\n[zenoh]\nenabled = false\n')
-    settings = load_settings(folder / "wagon.toml")
-    frames = simulate("wsp", settings, 0).frames
-    write_log(folder / "wsp.log", [frame for frame in frames if frame.time_s < EPOCH_S + END_S])
+    prepare(folder, "enabled = false", END_S)
     return folder
 
 
