@@ -9,8 +9,6 @@ without numba.
 
 import argparse
 import os
-import re
-import shutil
 import subprocess
 import sys
 import time
@@ -23,7 +21,8 @@ from tempfile import TemporaryDirectory
 from typing import Any, NamedTuple
 
 HERE = Path(__file__).parent
-sys.path.insert(0, str(HERE))  # when it is run as a script
+sys.path[:0] = [str(HERE), str(HERE.parent)]  # when it is run as a script
+
 CYCLES_MS = {  # that make 300 mapped frames a second
     "rig": {256: 8, 257: 8, 258: 20},
     "wagon": {288: 10, 416: 8, 672: 20, 673: 200, 800: 100, 2566869040: 100},
@@ -199,15 +198,9 @@ def record(name: str, minutes: float, folder: Path) -> None:
 
 def vehicle_files(name: str, folder: Path) -> Path:
     """An example vehicle whose mapped messages come 300 times a second."""
-    from brake_monitor.settings.example_vehicles import example_config  # noqa: PLC0415
+    from bus_cycles import vehicle_with_cycles  # noqa: PLC0415
 
-    example = example_config(name)
-    dbc = example.with_name(f"{name}.dbc").read_text()
-    for can_id, cycle_ms in CYCLES_MS[name].items():
-        dbc, changed = re.subn(rf'(GenMsgCycleTime" BO_ {can_id}) \d+;', rf"\1 {cycle_ms};", dbc)
-        assert changed == 1
-    (folder / f"{name}.dbc").write_text(dbc)
-    return Path(shutil.copy(example, folder / f"{name}.toml"))
+    return vehicle_with_cycles(name, folder, CYCLES_MS[name])
 
 
 if __name__ == "__main__":

@@ -8,8 +8,6 @@ slow bus (56 frames a second). Every hour the bus fails once. What must not grow
 # ruff: noqa: E402 - what must not be imported is said before the imports
 
 import os
-import re
-import shutil
 import subprocess
 import sys
 import threading
@@ -32,16 +30,16 @@ from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.config import CanBus
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.example_vehicles import example_config, example_settings
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store_outbox import StoreOutbox
+from bus_cycles import SLOW_MS, vehicle_with_cycles
 from program import Subscriber
 
 HOUR_S = 3600.0
 PLAYED_S = 600.0  # of ordinary service, again and again
 PAUSE_S = 5.0  # between two playings, with the bus silent
-CYCLES_MS = {288: 50, 416: 100, 672: 200}  # BCU, WSP, GNSS: on a slow bus
 SETTLED_H = 2  # what is taken in the first hours is kept: caches, pools, the first evidence
 
 GROWTH_BYTES = 16 << 20  # of memory, from when it has settled
@@ -116,17 +114,6 @@ def again_and_again(frames: list[Frame]) -> Iterator[Frame]:
             yield frame._replace(time_s=frame.time_s + shift_s)
 
 
-def slow_wagon(folder: Path) -> Path:
-    """The example wagon on a slow bus, with its memory here."""
-    example = example_config("wagon")
-    dbc = example.with_name("wagon.dbc").read_text()
-    for can_id, cycle_ms in CYCLES_MS.items():
-        dbc, changed = re.subn(rf'(GenMsgCycleTime" BO_ {can_id}) \d+;', rf"\1 {cycle_ms};", dbc)
-        assert changed == 1
-    (folder / "wagon.dbc").write_text(dbc)
-    return Path(shutil.copy(example, folder / "wagon.toml"))
-
-
 def usage(hours: float, frames: int, state: Path) -> Usage:
     pages = int(Path("/proc/self/statm").read_text().split()[1])
     return Usage(
@@ -155,7 +142,7 @@ def soak(hours: float) -> list[Usage]:
     with TemporaryDirectory() as name:
         folder = Path(name)
         state = folder / "state"
-        config, log = slow_wagon(folder), folder / "service.log"
+        config, log = vehicle_with_cycles("wagon", folder, SLOW_MS), folder / "service.log"
         subprocess.run([sys.executable, __file__, "record", config, log], check=True)
         settings = load_settings(config)
         bus = PlayedBus(again_and_again([*open_log(log, settings.can)]), hours * HOUR_S)

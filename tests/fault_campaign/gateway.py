@@ -21,6 +21,7 @@ from brake_monitor.simulator.files import write_log
 from brake_monitor.simulator.scenarios import Profile, Scenario, steps
 from brake_monitor.simulator.simulate import EPOCH_S
 from brake_monitor.simulator.simulate import run as simulate
+from bus_cycles import SLOW_MS, with_cycles
 from installation import CONFIG, ENOUGH_S, ETC, SERVICE, install, run, shown
 from program import Program, Router
 
@@ -29,7 +30,6 @@ ROUTER = "tcp/127.0.0.1:7447"
 STATE_MOUNT = Path("/var/lib/private/brake-monitor")  # where systemd keeps the state of a dynamic user
 MEMORY = STATE_MOUNT / "memory.db"
 LOOK_EVERY_S = 0.3  # each look is a process
-CYCLES_MS = {288: 50, 416: 100, 672: 200}  # BCU, WSP, GNSS: a slow bus, for there is one slow processor
 WATCHDOG_S = 8  # of the unit's 20: it is waited for in every hang
 
 SERVICE_DRIVE = Scenario(
@@ -57,14 +57,6 @@ HANGS_ON_REQUEST = """\
 import signal, time
 signal.signal(signal.SIGUSR1, lambda *_: time.sleep(1e6))
 """
-
-
-def slowed(dbc: str) -> str:
-    """The DBC file of the wagon with longer cycle times."""
-    for can_id, cycle_ms in CYCLES_MS.items():
-        dbc, changed = re.subn(rf'(GenMsgCycleTime" BO_ {can_id}) \d+;', rf"\1 {cycle_ms};", dbc)
-        assert changed == 1
-    return dbc
 
 
 # What Python's faulthandler writes of a process that is aborted: where each of its threads is.
@@ -110,7 +102,7 @@ class Gateway:
         STATE_MOUNT.mkdir(parents=True)
         run("mount", "-t", "tmpfs", "-o", "size=16M,mode=700", "tmpfs", STATE_MOUNT)
         good, dbc = CONFIG.read_text(), (ETC / "wagon.dbc").read_text()
-        (ETC / "wagon.dbc").write_text(slowed(dbc))
+        (ETC / "wagon.dbc").write_text(with_cycles(dbc, SLOW_MS))  # there is one slow processor
         CONFIG.write_text(good.replace("[signals]", f'[zenoh]\nconnect = ["{ROUTER}"]\n\n[signals]', 1))
         self._frames = list(simulate(SERVICE_DRIVE, load_settings(CONFIG), seed=1).frames)
         write_log(self.drive_log, self._frames)
