@@ -14,7 +14,7 @@ from brake_monitor.publishing.payloads import (
     MetaMessage,
     WearMessage,
 )
-from brake_monitor.settings.alarm_settings import LowAdhesionRule
+from brake_monitor.settings.alarm_settings import LowAdhesionRule, level_of
 
 LONGEST_NAME = 100  # characters
 MOST_WAGONS = 2000
@@ -61,9 +61,7 @@ class Wagon:
         """Where adhesion stands on the ladder while the wheels use all that the rail gives; else None."""
         if not moment.saturated or isnan(moment.adhesion):
             return None
-        levels = self.levels()
-        below = [name for name in ("extremely_low", "very_low", "low") if moment.adhesion < levels[name]]
-        return below[0] if below else "normal"
+        return level_of(moment.adhesion, self.levels())
 
     def wheel_kmh(self, own: FrictionMessage) -> float:
         """Circumferential speed of a wheelset; NaN where nothing tells it."""

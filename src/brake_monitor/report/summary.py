@@ -10,6 +10,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.words import count, duration, number
+from brake_monitor.settings.alarm_settings import level_of
 
 LOUD_GAP_S = 1.0
 STANDING_MPS = 1.0  # an application ends a little before standstill
@@ -61,8 +62,7 @@ def _rail(recording: Recording, columns: dict[str, Any]) -> str:
     if len(asked) == 0 or len(asked) * period_s < rule.debounce_s:  # what is shorter is a bump
         return "The wheels never asked for more than the rail gave; how much it would have given is not known."
     least, middle = float(asked.min()), float(np.median(asked))
-    levels = ((rule.extremely_low, "extremely low"), (rule.very_low, "very low"), (rule.low, "low"))
-    level = next((name for limit, name in levels if middle < limit), "normal")
+    level = level_of(middle, rule.levels).replace("_", " ")
     return (
         f"Where the wheels asked for more than the rail gave, it gave {number(middle, 3)} (median; {level}), "
         f"at least {number(least, 3)}."

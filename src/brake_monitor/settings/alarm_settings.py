@@ -43,8 +43,13 @@ class LowAdhesionRule(RuleSettings, frozen=True):
 
     @property
     def levels(self) -> dict[str, float]:
-        """Below which adhesion is called so, by the names of the settings."""
+        """Below which adhesion is called so, by the names of the settings; the lowest comes last."""
         return {"low": self.low, "very_low": self.very_low, "extremely_low": self.extremely_low}
+
+
+def level_of(adhesion: float, levels: dict[str, float]) -> str:
+    """The lowest of the levels that an adhesion is below; "normal" when it is below none."""
+    return next((name for name, limit in reversed(levels.items()) if adhesion < limit), "normal")
 
 
 class WheelsetNotRotatingRule(RuleSettings, frozen=True):

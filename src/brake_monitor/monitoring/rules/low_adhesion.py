@@ -13,9 +13,10 @@ from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observati
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 from brake_monitor.samples import ESSENTIAL, Quantity
-from brake_monitor.settings.alarm_settings import LowAdhesionRule
+from brake_monitor.settings.alarm_settings import LowAdhesionRule, level_of
 
 STOPPED, BLOCKED, SLIDING, PROTECTED = WheelState.STOPPED, WheelState.BLOCKED, WheelState.SLIDING, WheelState.PROTECTED
+SEVERITIES = {"low": Severity.INFO, "very_low": Severity.WARNING, "extremely_low": Severity.ALARM}
 MAY_SLIDE = {STOPPED, SLIDING, PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
@@ -88,11 +89,6 @@ class LowAdhesion:
     def __init__(self, settings: LowAdhesionRule, wheelset_count: int) -> None:
         self.settings = settings
         self._count = wheelset_count
-        self._levels = (
-            (settings.extremely_low, "extremely low", Severity.ALARM),
-            (settings.very_low, "very low", Severity.WARNING),
-            (settings.low, "low", Severity.INFO),
-        )
         observations = max(round(max(settings.debounce_s, HELD_S) / OBSERVATION_PERIOD_S), 1)
         self._asked: deque[_Asked] = deque(maxlen=observations)  # lately
         self._event: _Event | None = None
@@ -208,11 +204,14 @@ class LowAdhesion:
     def _finding(self, now: Estimate, best: float) -> Finding:
         assert self._event is not None
         least, speed_mps = self._event.least, self._event.least_speed_mps
-        found = (level for level in self._levels if least < level[0])
-        limit, name, severity = next(found, self._levels[-1])  # of an event told by an earlier run with other limits
+        levels = self.settings.levels
+        level = level_of(least, levels)
+        if level not in levels:  # of an event told by an earlier run with other limits
+            level = "low"
+        name = level.replace("_", " ")
         return Finding(
-            severity,
-            f"Adhesion is {name}: the rail gave no more than {least:z.3f} (limit {limit:g}) "
+            SEVERITIES[level],
+            f"Adhesion is {name}: the rail gave no more than {least:z.3f} (limit {levels[level]:g}) "
             f"at {speed_mps * 3.6:.0f} km/h while the brake asked for more.",
             {
                 "level": name,
