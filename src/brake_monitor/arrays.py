@@ -11,5 +11,5 @@ Words = NDArray[np.uint64]
 
 
 def indices(values: Ints) -> NDArray[np.intp]:
-    """The same as numpy counts and repeats by: a processor of 32 bits takes no larger integers there."""
+    """The same as np.bincount and np.repeat take them: where a processor has 32 bits they refuse those of 64."""
     return values.astype(np.intp, copy=False)

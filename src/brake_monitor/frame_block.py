@@ -79,7 +79,7 @@ class FrameBlock:
         return replace(self, **columns)
 
     def with_odd(self, number: Ints, odd: Mapping[int, Frame]) -> Self:
-        """Put frames between those of a block without odd ones, by their numbers; `number` are those of the block."""
+        """Put odd frames, by number, among those of a block without any, whose numbers are `number`."""
         others = self.of(list(odd.values()))
         buses = tuple(dict.fromkeys((*self.buses, *others.buses)))
         moved = np.array([buses.index(bus) for bus in others.buses], dtype=np.int64)

@@ -22,7 +22,7 @@ class InputCondition(StrEnum):
     AWAITED = "awaited"  # not seen yet
     LOST = "lost"  # nothing good arrives any more
     FROZEN = "frozen"  # repeats itself while everything else moves
-    REPEATED = "repeated"  # stands still with all other speeds while the wagon rolls: a gateway repeats itself
+    REPEATED = "repeated"  # stands still, with all other speeds, to the last bit while the wagon rolls: a gateway does
     IMPOSSIBLE = "impossible"  # says what no vehicle does
     OUT_OF_RANGE = "out of range"  # what arrives is outside its range, and has been for the time-out
     NOT_AVAILABLE = "not available"  # its sender says so, and has for the time-out

@@ -6,8 +6,8 @@ from itertools import groupby
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 
-BLOCK_FRAMES = 10_000  # of the formats that are read by smaller pieces, or one by one: ...
-ONE_BY_ONE = 20  # ... a frame that is costs as many, and those of the first block are read twice
+BLOCK_FRAMES = 10_000  # make a block, of which a frame that was read by itself counts for ...
+ONE_BY_ONE = 20  # ... as many: it takes as long as they do, and the first block of a recording is read twice
 
 
 def in_blocks(items: Iterable[Frame | FrameBlock]) -> Iterator[FrameBlock]:

@@ -46,5 +46,5 @@ class MappedSignal:
 
 
 def addend(number: float) -> float:
-    """What to add for it: nothing for 0, and adding -0 changes no number, while 0 would make 0 of -0."""
+    """What to add for an offset: for 0 it is -0, which changes no number; adding 0 would make 0 of -0."""
     return number or -0.0

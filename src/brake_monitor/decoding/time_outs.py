@@ -51,7 +51,7 @@ class TimeOuts:
         return time_s < self._last_time_s - _CLOCK_STEP_S
 
     def pass_over(self, time_s: float, next_look_s: float) -> None:
-        """Take it that until then there was nothing to tell, nor is there before the next look."""
+        """Note that there was nothing to tell until `time_s`, nor can be before `next_look_s`."""
         self._last_time_s, self._next_look_s = time_s, next_look_s
 
 

@@ -1,8 +1,8 @@
-"""What is loaded of python-can, and with it: no more than a program needs.
+"""Loads no more of python-can and cantools than a program needs.
 
-Where asammdf is installed python-can loads it, and pandas and sympy with it, for .mf4 alone; without, a program begins
-a second sooner. cantools loads python-can for what nobody here uses; a daemon on SocketCAN needs neither, and without
-has 5 MB less and begins a tenth of a second sooner. Both must be asked for before anything loads the one or the other.
+python-can loads asammdf where that is installed, and pandas and sympy with it, which only .mf4 needs: a program without
+begins a second sooner. cantools loads python-can, which nothing needs that reads a DBC: a daemon on SocketCAN without
+it has 5 MB less and begins a tenth of a second sooner. Ask for either before anything else loads the one or the other.
 """
 
 import importlib

@@ -15,7 +15,7 @@ from brake_monitor.inspection.rates import NEVER_TOO_SELDOM, TOO_SELDOM
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.samples import Channel
 
-FRAME_S = 1e-4  # one of eight bytes lasts longer, at 1 Mbit/s by a tenth; who reads a queue needs less for each
+FRAME_S = 1e-4  # one of eight bytes lasts longer, at 1 Mbit/s by a tenth; from a queue they are read closer
 TOGETHER = 0.3  # of the frames; rounding to a millisecond brings a sixth of them together
 DISPLACED_S = 3e-3  # from how a message usually comes; waiting for a free bus takes less
 DISPLACED = 0.15  # of the frames

@@ -73,7 +73,7 @@ class SpeedRatios:
 
 
 class CreepMeter:
-    """Sees each estimate, in order of time. Those share one that tell it the same of the pressing forces."""
+    """Sees each estimate, in order of time. Those who tell it the same of the pressing forces may share one."""
 
     def __init__(self, ratios: SpeedRatios) -> None:
         """`ratios` is what other meters may ask as well."""

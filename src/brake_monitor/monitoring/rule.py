@@ -17,8 +17,8 @@ class Finding(Struct, frozen=True):
     severity: Severity
     message: str
     evidence: Values
-    latches: bool = True  # where the rule does; False: it may prove to be something else, by going away by itself
-    is_all: bool = False  # it lists what is wrong now, less grave than before or not
+    latches: bool = True  # where the rule does; False: it may still prove to be nothing, and then clears by itself
+    is_all: bool = False  # it lists all that is wrong now, and takes the place of what was told before, graver or not
     misled_by: MisledBy | None = None  # why estimates err meanwhile, which do not know of it
 
 

@@ -18,4 +18,4 @@ Rate = Annotated[float, Meta(ge=0.0, le=1e4)]  # Hz; no bus has more frames a se
 Thermal = Annotated[float, Meta(ge=1e-3, le=1e6)]  # kg and J/(kg K) of any disc, W/K of its surface
 DiscTemperature = Annotated[float, Meta(gt=0.0, le=1500.0)]  # °C at which cast iron and steel melt
 Ambient = Annotated[float, Meta(ge=COLDEST_C, le=80.0)]  # °C in which a wagon runs
-Deviation = Annotated[float, Meta(gt=0.0, le=10.0)]  # relative: 0.2 is 20 %, and 20 was meant to be
+Deviation = Annotated[float, Meta(gt=0.0, le=10.0)]  # relative: 0.2 is 20 %, and 20 is meant in per cent

@@ -24,12 +24,12 @@ class Cooling:
 
 
 class EarlierHeat:
-    """How much is left of the heat in which an earlier run left the discs, which may become known only later."""
+    """How much is left of the heat that discs had as an earlier run ended; what that was may become known later."""
 
     def __init__(self, settings: WearSettings) -> None:
         self._settings = settings
-        self._left, self._lasted_s = 1.0, 0.0  # of what there was as this run began, so long ago
-        self._began_mps: float | None = None  # at this speed
+        self._left, self._lasted_s = 1.0, 0.0  # share of it since this run began, and how long ago that is
+        self._began_mps: float | None = None  # the speed then
 
     def cool(self, cooling: Cooling, speed_mps: float, step_s: float) -> None:
         """Take the next step of this run, and how discs cooled in it; the first one is its first observation."""

@@ -27,19 +27,19 @@ from brake_monitor.settings.config import Settings
 GOOD = Quality.GOOD
 AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
-NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # where one is not good it is taken for 0
+NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # while one is not good it is taken to say 0
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
 LOCKED, DRAGGED, SILENT = frozenset([MisledBy.LOCKED]), frozenset([MisledBy.DRAG]), frozenset([MisledBy.SILENT])
 NOT_MISLED = frozenset[MisledBy]()
 
 
 class _Beside(NamedTuple):
-    """What signals show beside each other: of each wheelset, and of which wheelsets."""
+    """What signals show beside each other: what each wheelset and force does, and for which wheelsets a fault shows."""
 
     wheels: tuple[WheelState, ...]
     forces: tuple[ForceState, ...]
-    frozen: frozenset[int]  # pressing forces
-    stuck: frozenset[int]  # flags
+    frozen: frozenset[int]  # their pressing forces
+    stuck: frozenset[int]  # their flags
 
 
 class InputJudge:
@@ -49,10 +49,10 @@ class InputJudge:
         """`ratios` is what others ask as well."""
         contact_force_n = settings.estimator.contact_force_n
         self._alone = InputReports(InputReport(channel, AWAITED) for channel in channels)  # each by itself
-        self._changes = -1  # of what the estimator thinks of them, when they were judged; by wheelset whether then ...
-        self._measured: list[bool] = []  # ... its own speed and the vehicle's were good ...
-        self._arriving: list[bool] = []  # ... its pressing force ...
-        self._braked: list[bool] = []  # ... and all of these
+        self._changes = -1  # as `judge` was told when they were judged; whether then of each wheelset were good ...
+        self._measured: list[bool] = []  # ... its own speed and the vehicle's
+        self._arriving: list[bool] = []  # ... its pressing force
+        self._braked: list[bool] = []  # ... all of these
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused  # of a signal that says something good again it forgets
         self._frozen = FrozenForces(channels, contact_force_n)

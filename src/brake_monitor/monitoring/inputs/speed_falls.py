@@ -11,7 +11,7 @@ from brake_monitor.monitoring.inputs.vehicle_speed import HARDEST_RETARDATION_MP
 
 FALL_SPAN_S = 0.3
 SHORTEST_FALL_SPAN_S = 0.5 * FALL_SPAN_S
-ROUNDING_S = 1e-6  # more than times of today are rounded by
+ROUNDING_S = 1e-6  # more than Unix times are rounded by as floats
 
 
 class SpeedFalls:
