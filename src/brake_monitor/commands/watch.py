@@ -73,7 +73,7 @@ class _Watcher:
         with self.lock:
             alarm = self.watched.take(key, str(sample.encoding), sample.payload.to_bytes(), time.monotonic())
             if alarm is not None:
-                self.news.append(plain_alarm(key.split("/alarm/", maxsplit=1)[0].rpartition("/")[2], alarm))
+                self.news.append(plain_alarm(self.watched.wagon_of(key), alarm))
 
     def lives(self, sample: zenoh.Sample) -> None:
         """Note who came or went."""

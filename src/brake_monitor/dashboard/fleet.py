@@ -77,10 +77,6 @@ class Fleet:
         for alarm in sorted(alarms, key=lambda alarm: alarm.sequence):
             wagon.take(alarm, now_s)
 
-    def wagon_of(self, key: str) -> str:
-        """The wagon's id in a key."""
-        return key.removeprefix(f"{self.prefix}/").partition("/")[0]
-
     def _recent(self, name: str) -> Recent | None:
         if name not in self.recent and len(self.recent) < MOST_WAGONS:
             self.recent[name] = Recent()

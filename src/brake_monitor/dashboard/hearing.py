@@ -67,7 +67,7 @@ class Hearing:
             self._fleet.watched.lives(key, alive)
         if alive:
             with suppress(Full):  # what it publishes from now on is heard all the same
-                self._to_ask.put_nowait(self._fleet.wagon_of(key))
+                self._to_ask.put_nowait(self._fleet.watched.wagon_of(key))
 
     def _run(self) -> None:
         try:

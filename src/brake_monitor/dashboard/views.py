@@ -6,7 +6,7 @@ import msgspec
 from msgspec import Struct
 
 from brake_monitor.dashboard.fleet import Fleet
-from brake_monitor.desk.watched import Wagon, moment_of
+from brake_monitor.desk.watched import Wagon
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.publishing.payloads import AlarmMessage
 
@@ -69,7 +69,7 @@ class Viewer:
         message |= self._changed("names", sorted(self._fleet.watched.wagons)[:MOST_LISTED])
         if wagon is None:
             return message | {"state": "unknown"}
-        message |= {"state": wagon.state(now_s), "age_s": wagon.age_s(now_s), "level": _level(wagon)}
+        message |= {"state": wagon.state(now_s), "age_s": wagon.age_s(now_s), "level": wagon.level}
         message |= self._changed("adhesion", wagon.adhesion)
         message |= self._changed("health", wagon.health)
         message |= self._changed("meta", wagon.meta)
@@ -113,16 +113,12 @@ def _line(wagon: Wagon, now_s: float, *, sparks: bool) -> Line:
         adhesion=message.adhesion if message else None,
         adhesion_std=message.adhesion_std if message else None,
         saturated=message is not None and message.saturated,
-        level=_level(wagon),
+        level=wagon.level,
         alarms={severity: sum(alarm.severity is severity for alarm in still) for severity in Severity},
         worst=_in_short(still[0]) if still else None,
         pads_mm=min(remaining_mm, default=None),
         spark=[moment and round(moment.adhesion, SPARK_DECIMALS) for moment in wagon.history] if sparks else None,
     )
-
-
-def _level(wagon: Wagon) -> str | None:
-    return wagon.level_of(moment_of(wagon.adhesion)) if wagon.adhesion else None
 
 
 def _in_short(alarm: AlarmMessage) -> dict[str, Any]:

@@ -63,6 +63,11 @@ class Wagon:
             return None
         return level_of(moment.adhesion, self.levels())
 
+    @property
+    def level(self) -> str | None:
+        """Where the newest adhesion stands on it; None as well before the first."""
+        return self.level_of(moment_of(self.adhesion)) if self.adhesion else None
+
     def wheel_kmh(self, own: FrictionMessage) -> float:
         """Circumferential speed of a wheelset; NaN where nothing tells it."""
         radii_m = self.meta.wheel_radius_m if self.meta else ()
@@ -176,9 +181,13 @@ class Watched:
 
     def lives(self, key: str, alive: bool) -> None:
         """Note that a wagon's daemon came or went."""
-        wagon = self._wagon(key.removeprefix(self._prefix))
+        wagon = self._wagon(self.wagon_of(key))
         if wagon is not None:
             wagon.alive = alive
+
+    def wagon_of(self, key: str) -> str:
+        """The id of the wagon that a key is of."""
+        return key.removeprefix(self._prefix).partition("/")[0]
 
     def _wagon(self, name: str) -> Wagon | None:
         fits = len(self.wagons) < MOST_WAGONS and 0 < len(name) <= LONGEST_NAME and name.isprintable()

@@ -8,7 +8,7 @@ from rich.text import Text
 
 from brake_monitor.desk.text_marks import LEVEL_STYLE, SEVERITY_STYLE, Moment, number, plus_minus, scale_top, sparkline
 from brake_monitor.desk.wagon_panel import in_full
-from brake_monitor.desk.watched import Wagon, Watched, moment_of
+from brake_monitor.desk.watched import Wagon, Watched
 from brake_monitor.desk.watched_lines import life, not_heard, value_of
 from brake_monitor.plural import plural
 
@@ -44,8 +44,7 @@ def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> Re
         text.append(f"{life(wagon, now_s)[:9]:9} ", style="green" if not dim else "yellow")
         text.append(f"{number(value_of(message.speed_mps if message else None) * 3.6, 1, 6)} ", style=dim)
         adhesion, std = (message.adhesion, message.adhesion_std) if message else (None, None)
-        level = wagon.level_of(moment_of(message)) if message else None
-        text.append(f"{plus_minus(adhesion, std):14} ", style=dim or LEVEL_STYLE[level])
+        text.append(f"{plus_minus(adhesion, std):14} ", style=dim or LEVEL_STYLE[wagon.level])
         text.append(f"{_spark(wagon, room):{room}} ", style=dim or "cyan")
         _append_alarm_count(text, wagon)
         text.append("\n")
