@@ -346,12 +346,5 @@ class AcknowledgeReply(Struct, frozen=True):
 
 
 Message = (
-    AdhesionMessage
-    | FrictionMessage
-    | AxleAdhesionMessage
-    | WearMessage
-    | AlarmMessage
-    | HealthMessage
-    | MetaMessage
-    | AcknowledgeReply
+    AdhesionMessage | FrictionMessage | AxleAdhesionMessage | WearMessage | AlarmMessage | HealthMessage | MetaMessage
 )

@@ -112,12 +112,6 @@ class Published:
         with self._lock:
             return {name: entry for name, entry in self._alarms.items() if entry[1].state == "open"}
 
-    def is_open(self, alarm_id: str) -> bool:
-        """Whether there is such an alarm and it is open."""
-        with self._lock:
-            entry = self._alarms.get(alarm_id)
-        return entry is not None and entry[1].state == "open"
-
 
 def _was_open(alarm: AlarmMessage, from_s: float, to_s: float) -> bool:
     return alarm.raised_time_s <= to_s and (alarm.cleared_time_s is None or alarm.cleared_time_s >= from_s)

@@ -274,6 +274,6 @@ class Publisher:
     def _acknowledge(self, alarm_id: str) -> None:
         if not self._settings.accept_acknowledgements:
             raise QuestionRefusedError("the configuration does not let alarms be acknowledged from here")
-        if not self._published.is_open(alarm_id):
+        if alarm_id not in self._published.open_alarms():
             raise QuestionRefusedError("no open alarm has this id")
         self._handover.acknowledge(alarm_id)

@@ -17,7 +17,7 @@ const WAGON_DRAWN = {
   adhesion_available: (w) => (w.saturated ? w.adhesion : null),
 };
 const WHEELSET_DRAWN = {
-  speed_kmh: (own, w, radius_m) => wheelSpeed(own, w, radius_m),
+  speed_kmh: wheelSpeed,
   slip_percent: (own, w) => (w.speed_mps > SLOWEST_MPS ? scaled(own.slip, 100) : null),
   force_kn: (own) => scaled(own.pressing_force_n, 1e-3),
   friction_low: (own) => minus(own.friction, own.friction_std),
