@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from functools import partial
 from io import StringIO
 from typing import TYPE_CHECKING
 
@@ -33,7 +32,7 @@ OWN_STYLE = {
 
 def braking_figure(series: Series, title: str) -> str:
     """Layout of the paper's Fig. 4 and 5 for one wheelset: inputs on top, true and estimated coefficients below."""
-    return _svg(partial(_draw_braking, series=series, title=title), 7.0, title)
+    return _svg(_draw_braking, series, title, 7.0)
 
 
 def _draw_braking(figure: Figure, series: Series, title: str) -> None:
@@ -87,7 +86,7 @@ def _draw_coefficients(axes: Axes, series: Series) -> None:
 
 def slip_figure(series: Series, title: str) -> str:
     """Layout of the paper's Fig. 6 for one wheelset: adhesion over slip, and below it the absolute error."""
-    return _svg(partial(_draw_slip, series=series, title=title), 6.2, title)
+    return _svg(_draw_slip, series, title, 6.2)
 
 
 def _draw_slip(figure: Figure, series: Series, title: str) -> None:
@@ -114,7 +113,7 @@ def _draw_slip(figure: Figure, series: Series, title: str) -> None:
 
 def error_figure(series: Series, title: str) -> str:
     """Estimation errors over time within the 2 sigma bands that are published with the estimates."""
-    return _svg(partial(_draw_errors, series=series, title=title), 6.2, title)
+    return _svg(_draw_errors, series, title, 6.2)
 
 
 def _draw_errors(figure: Figure, series: Series, title: str) -> None:
@@ -160,15 +159,15 @@ def _rolling_radius_m(series: Series) -> float:
     return float(series.truth.speed_mps[0] / series.truth.omega_radps[0, 0])
 
 
-def _svg(draw: Callable[[Figure], None], height_inch: float, salt: str) -> str:
+def _svg(draw: Callable[[Figure, Series, str], None], series: Series, title: str, height_inch: float) -> str:
     """The <svg> element alone: no prolog, no date, identifiers that depend on the figure only."""
     import matplotlib  # noqa: PLC0415 - an extra, and slow to import
     from matplotlib.figure import Figure as NewFigure  # noqa: PLC0415
 
     text = StringIO()
-    with matplotlib.rc_context(STYLE | OWN_STYLE | {"svg.hashsalt": salt}):
+    with matplotlib.rc_context(STYLE | OWN_STYLE | {"svg.hashsalt": title}):
         figure = NewFigure(figsize=(9.0, height_inch), layout="constrained", facecolor="white")
-        draw(figure)
+        draw(figure, series, title)
         figure.savefig(text, format="svg", dpi=150, metadata={"Date": None, "Creator": None})
     svg = text.getvalue()
     return svg[svg.index("<svg") :]
