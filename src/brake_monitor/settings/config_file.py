@@ -31,14 +31,15 @@ def load_settings(path: Path) -> Settings:
     check_buses(text, settings)
     check_counts(text, settings)
     check_rest(text, settings)
-    buses = _complete_buses(settings)
+    folder = path.absolute().parent
+    buses = _complete_buses(settings.can, folder)
     check_mappings(text, settings, {bus.name for bus in buses})
     return msgspec.structs.replace(
         settings,
         can=buses,
         signals=_complete_signals(settings, buses),
-        zenoh=_complete_zenoh(settings),
-        store=_complete_store(settings),
+        zenoh=_complete_zenoh(settings.zenoh, folder),
+        store=_complete_store(settings.store, folder),
     )
 
 
@@ -57,24 +58,22 @@ def _spread(text: ConfigText, table: dict[str, Any]) -> None:
         table["can"] = [bus]
 
 
-def _complete_buses(settings: Settings) -> tuple[CanBus, ...]:
-    folder = settings.path.absolute().parent
+def _complete_buses(buses: tuple[CanBus, ...], folder: Path) -> tuple[CanBus, ...]:
     return tuple(
         msgspec.structs.replace(
             bus,
             name=bus.name or bus.channel,
             dbc=tuple(dict.fromkeys(folder / dbc for dbc in bus.dbc)),  # a file listed twice says nothing new
         )
-        for bus in settings.can
+        for bus in buses
     )
 
 
-def _complete_zenoh(settings: Settings) -> ZenohSettings:
-    tls, folder = settings.zenoh.tls, settings.path.absolute().parent
-    if tls is None:
-        return settings.zenoh
-    paths = {name: folder / path for name, path in tls.files.items()}
-    return msgspec.structs.replace(settings.zenoh, tls=msgspec.structs.replace(tls, **paths))
+def _complete_zenoh(zenoh: ZenohSettings, folder: Path) -> ZenohSettings:
+    if zenoh.tls is None:
+        return zenoh
+    paths = {name: folder / path for name, path in zenoh.tls.files.items()}
+    return msgspec.structs.replace(zenoh, tls=msgspec.structs.replace(zenoh.tls, **paths))
 
 
 def _complete_signals(settings: Settings, buses: tuple[CanBus, ...]) -> Any:
@@ -87,6 +86,5 @@ def _complete_signals(settings: Settings, buses: tuple[CanBus, ...]) -> Any:
     return msgspec.structs.replace(settings.signals, **entries)
 
 
-def _complete_store(settings: Settings) -> StoreSettings:
-    directory = settings.store.directory
-    return msgspec.structs.replace(settings.store, directory=directory and settings.path.absolute().parent / directory)
+def _complete_store(store: StoreSettings, folder: Path) -> StoreSettings:
+    return msgspec.structs.replace(store, directory=store.directory and folder / store.directory)
