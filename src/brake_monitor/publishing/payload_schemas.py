@@ -46,9 +46,8 @@ KEYS = {  # relative to the wagon's key
 def schema(name: str) -> bytes:
     """The JSON Schema (2020-12) of one payload, as a document of its own."""
     (root,), definitions = msgspec.json.schema_components((TYPES[name],), ref_template="#/$defs/{name}")
-    for definition in definitions.values():
-        if "description" in definition:  # a docstring, which Python before 3.13 gives as it is indented
-            definition["description"] = cleandoc(definition["description"])
+    for definition in definitions.values():  # docstrings, which Python before 3.13 gives as they are indented
+        definition["description"] = cleandoc(definition["description"])
     document: dict[str, Any] = {
         "$schema": "https://json-schema.org/draft/2020-12/schema",
         "title": name,
