@@ -1,7 +1,7 @@
 """The readings of a recording's first hour, by what they measure: to find out which of them come late."""
 
 from array import array
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +13,7 @@ from brake_monitor.samples import MEASURED, Channel, Quantity
 LONGEST_S = 3600.0
 LEAST_MPS = 3.0  # slower than this, speeds say too little of lags, slides and noise
 SLOWING_S = 3.0
+CHANGE_SPAN_S = 0.5  # to both sides, by which it is told how fast a speed changes
 SPIKES = 2  # so many readings in a row may be wrong
 KEPT = (*MEASURED, Quantity.PRESSING_FORCE)
 
@@ -27,10 +28,10 @@ class Readings(NamedTuple):
         """What it would have said then."""
         return np.interp(times_s, self.times_s, self.values)
 
-    def change_per_s(self, times_s: Floats, span_s: float) -> Floats:
-        """How fast that changes then, over the span to both sides."""
-        changes: Floats = (self.at(times_s + span_s) - self.at(times_s - span_s)) / (2.0 * span_s)
-        return changes
+
+def change_per_s(values: Callable[[Floats], Floats], times_s: Floats) -> Floats:
+    """How fast values, which are told at any time, change at these."""
+    return (values(times_s + CHANGE_SPAN_S) - values(times_s - CHANGE_SPAN_S)) / (2.0 * CHANGE_SPAN_S)
 
 
 class FirstHour:

@@ -9,10 +9,9 @@ from math import sqrt
 
 import numpy as np
 
-from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.first_hour import FirstHour, change_per_s
 from brake_monitor.samples import Quantity
 
-SPAN_S = 0.5  # over which the speed's change is looked at, to both sides
 CLEARLY = 3.0  # steps of the signal from one reading to the next
 LEAST_COUNT = 100  # readings that change so
 REPEATED = 0.4  # of these, as many say the same as the one before
@@ -29,7 +28,7 @@ def times_repeated(first_hour: FirstHour, quantity: Quantity, wheelset: int = 0)
     if not moves.any():
         return 1
     step = changes[moves].min()
-    clear = np.abs(told.change_per_s(times_s[1:], SPAN_S)) * np.diff(times_s) > CLEARLY * step
+    clear = np.abs(change_per_s(told.at, times_s[1:])) * np.diff(times_s) > CLEARLY * step
     if np.count_nonzero(clear) < LEAST_COUNT:
         return 1
     same = 1.0 - float(moves[clear].mean())

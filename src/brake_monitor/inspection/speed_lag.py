@@ -13,7 +13,7 @@ from collections.abc import Callable, Sequence
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings
+from brake_monitor.inspection.first_hour import CHANGE_SPAN_S, LEAST_MPS, FirstHour, Readings, change_per_s
 from brake_monitor.samples import Quantity
 
 LONGEST_LAG_S, STEP_S = 5.0, 0.05  # so much may be any beyond
@@ -21,9 +21,8 @@ LEAST_LAG_S = 0.15  # more than creep looks like
 UNSURE = 0.15  # of what is found
 EXPLAINED = 0.25  # of the difference between speed and wheels, what a lag may leave of it
 REPEATED = 0.3  # of the difference between their accelerations, as brakes are put on, what it may leave
-JUMP_MPS2 = 0.3  # of the acceleration, within SPAN_S to both sides
+JUMP_MPS2 = 0.3  # of the acceleration, within CHANGE_SPAN_S to both sides
 STEADY_MPS2, CHANGING_MPS2, SLIDING_MPS2 = 0.15, 0.3, 2.0
-SPAN_S = 0.5  # to both sides, for the deceleration
 LEAST_COUNT = 40  # speeds while it brakes or pulls, and while it does neither
 LEAST_JUMPING = 10
 
@@ -43,10 +42,10 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
         return fastest
 
     begin_s = max(float(times_s[0]) for times_s, _ in wheels) + LONGEST_LAG_S
-    end_s = min(float(times_s[-1]) for times_s, _ in wheels) - 2.0 * SPAN_S + lags_s[0]
+    end_s = min(float(times_s[-1]) for times_s, _ in wheels) - 2.0 * CHANGE_SPAN_S + lags_s[0]
     during = (told_s >= begin_s) & (told_s <= end_s) & (told_mps > LEAST_MPS) & (rolling_mps(told_s) > LEAST_MPS)
     time_s, speed_mps = told_s[during], told_mps[during]
-    change_mps2 = np.abs(_acceleration_mps2(rolling_mps, time_s))
+    change_mps2 = np.abs(change_per_s(rolling_mps, time_s))
     steady, changing = change_mps2 < STEADY_MPS2, (change_mps2 > CHANGING_MPS2) & (change_mps2 < SLIDING_MPS2)
     if min(np.count_nonzero(steady), np.count_nonzero(changing)) < LEAST_COUNT:
         return None
@@ -60,24 +59,20 @@ def speed_lag_s(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float
     return lag_s if is_one and _repeats(vehicle, rolling_mps, time_s, lag_s) else None
 
 
-def _acceleration_mps2(speed_mps: Callable[[Floats], Floats], at_s: Floats) -> Floats:
-    return (speed_mps(at_s + SPAN_S) - speed_mps(at_s - SPAN_S)) / (2.0 * SPAN_S)
-
-
 def _repeats(vehicle: Readings, rolling_mps: Callable[[Floats], Floats], time_s: Floats, lag_s: float) -> bool:
     """Whether as the brake is put on or let go the vehicle does so much later, or earlier, what the wheels do.
 
     Where all wheelsets creep by some per cent their speeds lie apart as with a lag, but change together.
     """
-    before_s, after_s = time_s - SPAN_S, time_s + SPAN_S
-    jump_mps2 = np.abs(_acceleration_mps2(rolling_mps, after_s) - _acceleration_mps2(rolling_mps, before_s))
+    before_s, after_s = time_s - CHANGE_SPAN_S, time_s + CHANGE_SPAN_S
+    jump_mps2 = np.abs(change_per_s(rolling_mps, after_s) - change_per_s(rolling_mps, before_s))
     changes_s = time_s[jump_mps2 > JUMP_MPS2]
     at_s = np.concatenate((changes_s, changes_s + lag_s))
     at_s = at_s[(at_s >= time_s[0]) & (at_s <= time_s[-1])]
     if len(at_s) < LEAST_JUMPING:
         return False
-    vehicle_mps2 = vehicle.change_per_s(at_s, SPAN_S)
+    vehicle_mps2 = change_per_s(vehicle.at, at_s)
     later, at_once = [
-        float(np.median(np.abs(vehicle_mps2 - _acceleration_mps2(rolling_mps, at_s - by_s)))) for by_s in (lag_s, 0.0)
+        float(np.median(np.abs(vehicle_mps2 - change_per_s(rolling_mps, at_s - by_s)))) for by_s in (lag_s, 0.0)
     ]
     return later < REPEATED * at_once

@@ -11,14 +11,13 @@ from math import sqrt
 import numpy as np
 
 from brake_monitor.arrays import Floats, indices
-from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings
+from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings, change_per_s
 from brake_monitor.inspection.repeated import times_repeated
 from brake_monitor.samples import Quantity
 
 BLOCK_S = 2.0  # over which means are taken: estimates of the line and the pads go by some seconds
 APART = 2  # blocks from one mean to the other: neighbours err alike
 FULL = 0.8  # of a block's readings, so many at least
-SPAN_S = 0.5  # to both sides, for the acceleration
 STEADY_MPS2, ALIKE_MPS2 = 0.15, 0.03  # in a block, and from one to the other: a lag changes the difference by less
 LEAST_PAIRS = 10  # of blocks
 STEPS = 0.5  # of the signal: less is how it rounds a speed that hardly changes
@@ -34,7 +33,7 @@ def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> flo
     (times_s, told_mps), *wheels = speeds
     wheels_mps = np.array([wheel.at(times_s) for wheel in wheels])
     rolling_mps = wheels_mps.mean(axis=0)
-    mps2 = Readings(times_s, rolling_mps).change_per_s(times_s, SPAN_S)
+    mps2 = change_per_s(Readings(times_s, rolling_mps).at, times_s)
     steady = (np.minimum(told_mps, wheels_mps.min(axis=0)) > LEAST_MPS) & (np.abs(mps2) < STEADY_MPS2)
     blocks, block, count = np.unique((times_s - times_s[0]) // BLOCK_S, return_inverse=True, return_counts=True)
     per_block = float(np.median(count))
