@@ -8,17 +8,16 @@ import numpy as np
 import pytest
 
 from brake_monitor.estimation.estimate import Estimate, Status
-from brake_monitor.frame import Frame
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.processing.estimate_table import header, line
 from brake_monitor.processing.pipeline import NOTHING, Outputs, Pipeline
 from brake_monitor.samples import ESSENTIAL, InputCondition, Quantity
-from brake_monitor.settings.config import OutputSettings, Settings
+from brake_monitor.settings.config import OutputSettings
 from brake_monitor.settings.example_vehicles import EXAMPLES, example_config, example_settings
 from brake_monitor.simulator.scenarios import SCENARIOS
 from brake_monitor.simulator.simulate import Recording
 from brake_monitor.simulator.simulate import run as simulate
-from drives import DRY, SLIDE, drive
+from drives import DRY, SLIDE, drive, play
 
 SETTLED_S = 3.0
 LEAST_SPEED_MPS = 2.0
@@ -28,12 +27,6 @@ ROUNDING_S = 1e-6  # of times since 1970
 @cache
 def recording(scenario: str, vehicle: str) -> Recording:
     return simulate(scenario, example_settings(vehicle), seed=11)
-
-
-def play(settings: Settings, frames: list[Frame]) -> list[Estimate]:
-    pipeline = Pipeline.from_settings(settings)
-    outputs = [pipeline.step(frame) for frame in frames]
-    return [o.estimate for o in outputs if o.estimate is not None]
 
 
 @cache
