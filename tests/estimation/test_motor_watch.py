@@ -116,19 +116,32 @@ def test_what_k_gives_to_the_line_leaves_the_vehicles_deceleration_as_it_is() ->
     braking.run(10.0, 0.0, resistance_mps2())
     braking.run(3.0, TORQUE_NM, resistance_mps2() + by_motors_mps2(TORQUE_NM))
     brakes, core = braking.brakes, braking.core
-    brakes.x[braking.place] = core.now.known_torque_error - 0.2
+    brakes.x[braking.place] = -0.2
     u = Inputs.of([wheel.acting() for wheel in core.wheels], core.now.mass_kg, core.now.gradient)
     before_mps2, d = brakes.wagon.acceleration_mps2(brakes.x, u), brakes.x[brakes.layout.deceleration]
     friction = brakes.layout.friction.start
     brakes.direction[friction] = 1.0  # as a doubt of friction leaves it
-    known = brakes.std(friction)
+    known, prior_variance = brakes.std(friction), WAGON.torque_error_std**2
+    at_rim_mps2 = -sum(TORQUE_NM / radius_m for radius_m in RAILCAR.wheel_radius_m) / RAILCAR.mass_kg
+    doubted = braking.std**2 + (0.05 / at_rim_mps2) ** 2  # 5 per mille of the line
     core.give_to_line()
     assert brakes.std(friction) == pytest.approx(known, rel=1e-3)
-    assert abs(braking.error - core.now.known_torque_error) < 0.05
-    assert brakes.x[brakes.layout.deceleration] < d - 0.5 * 0.2 * by_motors_mps2(TORQUE_NM)
+    kept = prior_variance / (prior_variance + doubted)
+    assert braking.error == pytest.approx(-0.2 * kept, rel=0.1)
+    assert brakes.x[brakes.layout.deceleration] < d - 0.6 * 0.2 * by_motors_mps2(TORQUE_NM)
     given_mps2 = 0.2 * by_motors_mps2(TORQUE_NM)
     assert brakes.wagon.acceleration_mps2(brakes.x, u) == pytest.approx(before_mps2, abs=0.05 * given_mps2)
     assert brakes.is_sound()
+
+
+def test_k_does_not_wander_off_however_often_motors_begin_on_lines_that_fall() -> None:
+    braking = Braking()
+    for _ in range(12):
+        braking.speed_mps = SPEED_MPS
+        braking.estimator.core.filter.forget(braking.brakes.layout.speed, SPEED_MPS, 0.1)
+        braking.run(4.0, 0.0, resistance_mps2())
+        braking.run(3.0, TORQUE_NM, resistance_mps2() + 0.88 * by_motors_mps2(TORQUE_NM))
+    assert -2.0 * WAGON.torque_error_std <= braking.error < 0.0
 
 
 def test_who_has_no_motors_has_no_state_for_them() -> None:

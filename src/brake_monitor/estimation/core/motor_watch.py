@@ -10,10 +10,12 @@ from math import sqrt
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
 from brake_monitor.estimation.model.wheelset import motor_demand
 
-RENEWED_STD = 0.03  # of K, as motors begin to drive or to brake: they err otherwise then ...
+REMEMBERED = 0.8  # of K, as motors begin to drive or to brake: they err otherwise then ...
 DENSITY = 1e-5  # 1/s, ... and otherwise at another speed and heat
 REST_S = 1.0  # without any torque for longer, they begin anew
-STRAYED_SIGMAS = 2.0  # of K, as it was known when they began
+STRAYED_SIGMAS = 2.0  # of K, as it is known beforehand
+LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as they come on: 5 per mille
+LEAST_PER_ERROR_MPS2 = 0.01  # of motors that hardly act any more, to divide by
 
 
 class MotorWatch(CoreNumbers):
@@ -43,12 +45,14 @@ class MotorWatch(CoreNumbers):
             self.give_to_line()
 
     def renew_torque_error(self) -> None:
-        """Widen K as motors begin to drive or to brake, and note what is known of it."""
-        now, place = self.now, self.torque_error_place
-        variance = self.torque_error_variance() + RENEWED_STD * RENEWED_STD
-        now.known_torque_error_variance = min(variance, self.torque_error_std * self.torque_error_std)
-        now.known_torque_error = self.filter.x[place]
-        self.filter.forget(place, self.filter.x[place], sqrt(now.known_torque_error_variance))
+        """Draw K to 0 and its variance to that beforehand as motors begin to drive or to brake.
+
+        Without end, and always by what came last, it would stray beyond what motors err.
+        """
+        brakes, place, prior = self.filter, self.torque_error_place, self.torque_error_std
+        share = REMEMBERED * REMEMBERED
+        variance = share * self.torque_error_variance() + (1.0 - share) * prior * prior
+        brakes.forget(place, REMEMBERED * brakes.x[place], sqrt(variance))
 
     def torque_error_variance(self) -> float:
         """That of K."""
@@ -57,19 +61,16 @@ class MotorWatch(CoreNumbers):
         return variance
 
     def has_torque_error_strayed(self) -> bool:
-        """Whether K has left what was known of it as the motors began."""
-        strayed = self.filter.x[self.torque_error_place] - self.now.known_torque_error
-        limit = STRAYED_SIGMAS * STRAYED_SIGMAS * self.now.known_torque_error_variance
-        has_strayed: bool = strayed * strayed > limit
+        """Whether K is more than motors err."""
+        has_strayed: bool = abs(self.filter.x[self.torque_error_place]) > STRAYED_SIGMAS * self.torque_error_std
         return has_strayed
 
     def give_to_line(self) -> None:
-        """Let d take what K has strayed by, with the mu_w that the motors then have asked for.
+        """Let d take of K what is more likely the line's, with the mu_w that the motors then have asked for.
 
-        K and d against it, so that v̇ stays as it is, may be off by all of that; what was known of K says the rest.
+        Both may be off so that v̇ stays as it is, d by what lines change by; what K is beforehand says the rest.
         """
-        now, brakes, place = self.now, self.filter, self.torque_error_place
-        strayed = brakes.x[place] - now.known_torque_error
+        now, brakes, place, per_error_mps2 = self.now, self.filter, self.torque_error_place, 0.0
         for k in range(len(brakes.direction)):
             brakes.direction[k] = 0.0
         brakes.direction[place] = 1.0
@@ -77,6 +78,8 @@ class MotorWatch(CoreNumbers):
             wheel = self.wheels[i]
             asked = motor_demand(wheel, wheel.torque.value, wheel.wheel_load_n)
             brakes.direction[self.adhesion_place + i] = asked
-            brakes.direction[self.deceleration_place] -= asked * wheel.wheel_load_n / now.mass_kg
-        brakes.admit_along(strayed * strayed)
-        brakes.learn(place, now.known_torque_error, now.known_torque_error_variance)
+            per_error_mps2 += asked * wheel.wheel_load_n / now.mass_kg
+        brakes.direction[self.deceleration_place] = -per_error_mps2
+        std = LINE_CHANGE_MPS2 / max(abs(per_error_mps2), LEAST_PER_ERROR_MPS2)
+        brakes.admit_along(std * std)
+        brakes.learn(place, 0.0, self.torque_error_std * self.torque_error_std)
