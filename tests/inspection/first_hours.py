@@ -32,10 +32,15 @@ def wheel_channel(place: int, noise_radps: float) -> Channel:
 
 def of_readings(channels: Sequence[Channel], times_s: Floats, *values: Floats) -> FirstHour:
     """Of good readings at these times, a row of values for each channel."""
-    first_hour, places = FirstHour(channels), np.arange(len(times_s))
-    good = np.full(len(times_s), Quality.GOOD)
-    for number, row in enumerate(values):
-        first_hour.see(SampleBlock(channels, places, times_s, np.full_like(places, number), row, good))
+    return of_each(channels, *((times_s, row) for row in values))
+
+
+def of_each(channels: Sequence[Channel], *told: tuple[Floats, Floats]) -> FirstHour:
+    """Of good readings: when each channel was told, and what."""
+    first_hour = FirstHour(channels)
+    for number, (times_s, values) in enumerate(told):
+        places, good = np.arange(len(times_s)), np.full(len(times_s), Quality.GOOD)
+        first_hour.see(SampleBlock(channels, places, times_s, np.full_like(places, number), values, good))
     return first_hour
 
 

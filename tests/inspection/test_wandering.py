@@ -5,7 +5,7 @@ import pytest
 
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.wandering import remarks_on_wandering, times_noisier
-from first_hours import Floats, of_readings, speed_channel, wheel_channel
+from first_hours import Floats, of_each, of_readings, speed_channel, wheel_channel
 
 NOISE_MPS, SPACING_S = 0.03, 0.05
 RADII_M, TRUE_RADII_M = (0.46, 0.46), (0.4585, 0.463)
@@ -65,6 +65,17 @@ def test_what_rounds_a_speed_that_hardly_changes_is_no_such_error() -> None:
     true_mps = 25.0 - 0.007 * times_s
     wheels = [true_mps / radius_m for radius_m in TRUE_RADII_M]
     first_hour = of_readings([speed_channel(NOISE_MPS), *WHEELS], times_s, np.round(true_mps, 1), *wheels)
+    assert times_noisier(first_hour, RADII_M) == 1.0
+
+
+def test_wheel_speeds_that_are_lost_are_not_taken_to_stay_as_they_were() -> None:
+    """The wagon coasts on, and slows down by 2.7 m/s after their unit fell silent."""
+    times_s = np.arange(0.0, 150.0, SPACING_S)
+    true_mps = 30.0 - 0.03 * times_s
+    told_mps = true_mps + NOISE_MPS * errors(len(times_s), 0.0)
+    early = times_s < 60.0
+    wheels = [(times_s[early], true_mps[early] / radius_m) for radius_m in TRUE_RADII_M]
+    first_hour = of_each([speed_channel(NOISE_MPS), *WHEELS], (times_s, told_mps), *wheels)
     assert times_noisier(first_hour, RADII_M) == 1.0
 
 

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.inspection.wheels_mean import remarks_on_wheels_mean
-from first_hours import Floats, of_readings, speed_channel, wheel_channel
+from first_hours import Floats, of_each, of_readings, speed_channel, wheel_channel
 
 Made = Callable[[Floats, Floats], Floats]  # a vehicle speed, of the true one and those of the wheels
 RADII_M, NOISE_MPS, SPACING_S = (0.46, 0.45), 0.01, 0.05
@@ -88,3 +88,14 @@ def test_nor_is_one_of_a_tram_that_rolls_to_a_stop_by_its_track_brakes() -> None
     wheels = true_mps + NOISE_MPS * rng.normal(size=(2, len(times_s)))
     told = [true_mps, *(own / radius_m for own, radius_m in zip(wheels, RADII_M, strict=True))]
     assert not list(remarks_on_wheels_mean(of_readings(CHANNELS, times_s, *told), RADII_M))
+
+
+@pytest.mark.parametrize("lost_s", [(5.0, 30.0), (5.0, 20.0)], ids=["for good", "for a while"])
+def test_a_wheel_speed_that_is_lost_shows_no_slide(lost_s: tuple[float, float]) -> None:
+    """Eight wheels slow down and speed up with the vehicle, but one of them is not told of."""
+    times_s = np.arange(0.0, 30.0, SPACING_S)
+    true_mps = 20.0 - np.clip(times_s - 4.0, 0.0, 6.0) + np.clip(times_s - 15.0, 0.0, 6.0)
+    channels = [speed_channel(NOISE_MPS), *(wheel_channel(own, NOISE_MPS) for own in range(8))]
+    told = (times_s < lost_s[0]) | (times_s > lost_s[1])
+    wheels = [(times_s, true_mps / 0.45)] * 7 + [(times_s[told], true_mps[told] / 0.45)]
+    assert not list(remarks_on_wheels_mean(of_each(channels, (times_s, true_mps), *wheels), [0.45] * 8))

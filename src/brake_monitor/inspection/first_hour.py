@@ -28,6 +28,12 @@ class Readings(NamedTuple):
         """What it would have said then."""
         return np.interp(times_s, self.times_s, self.values)
 
+    def apart_s(self, times_s: Floats) -> Floats:
+        """How far from then its nearest reading is."""
+        later = np.clip(np.searchsorted(self.times_s, times_s), 1, len(self.times_s) - 1)
+        apart: Floats = np.minimum(np.abs(times_s - self.times_s[later - 1]), np.abs(self.times_s[later] - times_s))
+        return apart
+
 
 def change_per_s(values: Callable[[Floats], Floats], times_s: Floats) -> Floats:
     """How fast values, which are told at any time, change at these."""
@@ -40,6 +46,7 @@ class FirstHour:
     def __init__(self, channels: Sequence[Channel]) -> None:
         self._delay_s = {channel.measurand: channel.delay_s for channel in channels}
         self._noise_std = {channel.measurand: channel.noise_std for channel in channels}
+        self._timeout_s = {channel.measurand: channel.timeout_s for channel in channels}
         self.speeds = {  # of the vehicle's and the wheelsets', by the names that remarks give them
             "speed" if channel.quantity is Quantity.SPEED else channel.name: channel.measurand
             for channel in channels
@@ -108,3 +115,16 @@ class FirstHour:
         every = [(self.readings(*measurand), scale) for measurand, scale in scales.items()]
         told = [Readings(one.times_s, np.abs(one.values) * scale) for one, scale in every if one is not None]
         return told if len(told) == len(every) else None
+
+    def speeds_told_together_mps(self, wheel_radius_m: Sequence[float]) -> list[Readings] | None:
+        """The same, the vehicle's only while every wheel speed was told: one that is lost does not stay as it was."""
+        speeds = self.speeds_mps(wheel_radius_m)
+        if speeds is None:
+            return None
+        (times_s, speed_mps), *wheels = speeds
+        apart_s = np.array([wheel.apart_s(times_s) for wheel in wheels])
+        timeouts_s = np.array([self._timeout_s[Quantity.AXLE_SPEED, i] for i in range(len(wheels))])
+        together = (apart_s <= timeouts_s[:, np.newaxis]).all(axis=0)
+        if np.count_nonzero(together) < 2:
+            return None
+        return [Readings(times_s[together], speed_mps[together]), *wheels]

@@ -27,7 +27,7 @@ CLEARLY = 2.0  # times as noisy as configured
 
 def times_noisier(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> float:
     """The factor on noise_std that would make it right for means over some seconds; 1 when nothing can be told."""
-    speeds = first_hour.speeds_mps(wheel_radius_m)
+    speeds = first_hour.speeds_told_together_mps(wheel_radius_m)
     if speeds is None or times_repeated(first_hour, Quantity.SPEED) > 1:
         return 1.0
     (times_s, told_mps), *wheels = speeds

@@ -24,7 +24,7 @@ LATE_S = (0.0, 0.05, 0.1)  # it may be
 
 def remarks_on_wheels_mean(first_hour: FirstHour, wheel_radius_m: Sequence[float]) -> Iterator[str]:
     """What to do about it; nothing where nothing slides."""
-    speeds = first_hour.speeds_mps(wheel_radius_m)
+    speeds = first_hour.speeds_told_together_mps(wheel_radius_m)
     if speeds is None:
         return
     (times_s, told_mps), *wheels = speeds
