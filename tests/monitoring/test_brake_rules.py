@@ -388,6 +388,22 @@ class TestUnevenBraking:
         assert "wheelset 3 braked 50% less" in verdicts[2].message.lower()
         assert verdicts[2].evidence["pressing_force_apart"] == pytest.approx(-0.5)
 
+    def test_friction_that_is_not_known_so_well_accuses_no_brake(self) -> None:
+        """Four wheelsets that had locked: nothing tells which of them brakes how much of what all do."""
+        frictions = ((0.20, 0.11), (0.21, 0.11), (0.40, 0.13), (0.39, 0.13))
+        doubtful = stop(*(wheelset_stop(friction, std) for friction, std in frictions))
+        assert told(self.rule, doubtful)[0] is UNKNOWN
+        assert not any(severities(told(self.rule, doubtful)))
+        sure = stop(*(wheelset_stop(friction, 0.014) for friction, _ in frictions))
+        assert severities(told(self.rule, sure)) == [Severity.ALARM, Severity.ALARM, None, None]
+
+    def test_a_pressing_force_that_differs_or_creep_that_does_tells_without_friction(self) -> None:
+        doubtful = wheelset_stop(std=0.12)
+        weak = wheelset_stop(std=0.12, pressing_force_n=0.5 * FULL_N, torque_nm=0.5 * 0.34 * FULL_N * 0.247)
+        assert severities(told(self.rule, stop(weak, *[doubtful] * 3))) == [Severity.ALARM, None, None, None]
+        glazed = (wheelset_stop(0.27, 0.03, creep=share * 12e-4, creep_std=3e-5) for share in (0.3, *[1.23] * 3))
+        assert severities(told(self.rule, stop(*glazed))) == [Severity.ALARM, None, None, None]
+
     def test_one_wheelset_has_nothing_to_be_compared_with(self) -> None:
         assert told(uneven(1), stop(wheelset_stop(0.1))) == (FINE,)
 

@@ -1,11 +1,12 @@
 """Uneven braking: one wheelset's brake torque stands apart from the others', each by the size of its brake."""
 
 from collections.abc import Sequence
+from math import hypot
 from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
-from brake_monitor.monitoring.brake_units.wear import PadWear
+from brake_monitor.monitoring.brake_units.wear import INTERVAL_SIGMAS, PadWear
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -39,14 +40,16 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
         telling = [record for record in applications if self._tells(record)]
         if not telling:
             return UNKNOWN
-        verdict = self._judge(i, told_apart(telling, self._nominal))
+        shared = told_apart(telling, self._nominal)
+        verdict = self._judge(i, shared, 0.0 if shared is not telling[-1] else _doubt(i, shared))
         return UNKNOWN if verdict is FINE and is_set_apart(i, telling) else verdict
 
     def _tells(self, record: ApplicationRecord) -> bool:
         settled = all(own.torque_nm is not None for own in record.wheelsets)
         return settled and max(own.friction_energy_j for own in record.wheelsets) >= self.settings.min_energy_j
 
-    def _judge(self, i: int, record: ApplicationRecord) -> Verdict:
+    def _judge(self, i: int, record: ApplicationRecord, doubt: float) -> Verdict:
+        """`doubt`: of how far it stands apart, where friction alone tells."""
         own = record.wheelsets[i]
         torques_nm = _by_size([wheelset.torque_nm for wheelset in record.wheelsets], self._torques)
         apart = _apart(i, torques_nm)
@@ -56,6 +59,8 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
             return FINE
         force_apart = _apart(i, _by_size([wheelset.pressing_force_n for wheelset in record.wheelsets], self._forces))
         by_force = abs(force_apart) > 0.5 * abs(apart) and force_apart * apart > 0.0
+        if not by_force and abs(apart) <= doubt:
+            return UNKNOWN
         alike = "with the same pressing force: pads or brake gear"
         cause = "its pressing force differs as much: brake gear or valve" if by_force else alike
         return Finding(
@@ -77,6 +82,18 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
         """Whether half of all brake at least about as much: of two wheelsets, or bogies, the weaker one is named."""
         alike = sum(torque_nm <= (1.0 + self.settings.warning) * other_nm for other_nm in torques_nm)
         return 2 * alike >= len(torques_nm)
+
+
+def _doubt(i: int, record: ApplicationRecord) -> float:
+    """Half of the 95 % interval by which friction of wheelset i stands apart, relative to the others'.
+
+    What wheelsets that had locked teach of their rail is little: their friction may differ by much, and be known as badly.
+    """
+    others = [own for k, own in enumerate(record.wheelsets) if k != i and own.friction]
+    if not others:
+        return 0.0
+    std = hypot(record.wheelsets[i].own_friction_std, median(own.own_friction_std for own in others))
+    return INTERVAL_SIGMAS * std / median(own.friction or 0.0 for own in others)
 
 
 def _by_size(values: Sequence[float | None], sizes: Sequence[float]) -> list[float]:
