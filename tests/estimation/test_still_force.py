@@ -5,6 +5,7 @@ from math import cos, pi
 
 import pytest
 
+from brake_monitor.estimation.doubts.consistency import STILL, Consistency, WheelChecks
 from brake_monitor.estimation.doubts.still_force import StillForce
 
 PERIOD_S = 1.2  # of slides that a slide protection ends
@@ -99,6 +100,17 @@ def test_a_clock_that_is_set_back_begins_anew() -> None:
     assert force.renewals == 2
     force.see(5.0, 0.0, 0.0, 25.0)
     assert force.renewals == 0
+
+
+@pytest.mark.parametrize(("noise_sigmas", "is_doubted"), [(1.0, True), (30.0, False)])
+def test_slip_that_a_vehicle_speed_makes_up_as_it_scatters_is_none(noise_sigmas: float, is_doubted: bool) -> None:
+    """Its readings are off by so many deviations, now to this side and now to the other."""
+    checks, wheel = Consistency(), WheelChecks()
+    for k in range(round(4.0 * PERIOD_S / STEP_S)):
+        checks.see_speed(k * STEP_S, noise_sigmas * (-1.0) ** k, 1.0)
+        checks.see_force(k * STEP_S, wheel, 30e3, slides(k * STEP_S), 25.0)
+    assert checks.is_on(STILL, 4.0 * PERIOD_S) is is_doubted
+    assert (wheel.still.renewals > 0) is is_doubted
 
 
 @pytest.mark.parametrize("lasts_s", [0.02, 0.05])

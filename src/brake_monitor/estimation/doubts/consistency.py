@@ -147,7 +147,12 @@ class Consistency:
     def see_force(
         self, time_s: float, wheel: WheelChecks, pressing_force_n: float, slip: float, speed_mps: float
     ) -> None:
-        """Take a pressing force with slip and speed: a wheelset slides anew only if its force has moved."""
+        """Take a pressing force with slip and speed: a wheelset slides anew only if its force has moved.
+
+        Slip that goes to and fro with a vehicle speed that scatters is none.
+        """
+        if self.scatter.is_gross:
+            return
         if wheel.still.see(time_s, pressing_force_n, slip, speed_mps):
             self.raised_s[STILL] = time_s
 
