@@ -78,6 +78,12 @@ def test_slides_and_walking_pace_show_nothing_of_sensors(kind: dict[str, float])
     assert told(moments(0.0, 100.0, ALONE, **kind)) == []  # type: ignore[arg-type]
 
 
+def test_but_a_vehicle_speed_that_scatters_shows_in_slides_as_well() -> None:
+    """They make wheel speeds scatter, not the vehicle's; the wheels' are left alone all the same."""
+    changes = told(moments(0.0, 15.0, ALONE, vehicle=True, saturated=True))
+    assert changes == [(pytest.approx(10.0, abs=0.2), {VEHICLE})]
+
+
 def test_nor_do_they_end_it() -> None:
     assert len(told(moments(0.0, 15.0, ALONE), moments(15.0, 100.0, NEITHER, speed_mps=0.0))) == 1
 

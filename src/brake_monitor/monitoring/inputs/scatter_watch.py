@@ -31,12 +31,13 @@ class ScatterWatch:
         step_s, self._seen_s = now.time_s - self._seen_s, now.time_s
         if not (self._lasts or now.speed_scatters or Doubt.SCATTERED in now.reasons):  # the usual case
             return
-        if not 0.0 < step_s <= LONGEST_STEP_S or now.speed_mps < WATCHED_FROM_MPS or now.saturated:
+        if not 0.0 < step_s <= LONGEST_STEP_S or now.speed_mps < WATCHED_FROM_MPS:
             return
-        scatters = [own.speed_scatters for own in now.wheelsets]
-        alone = not (all(scatters) or now.speed_scatters)
-        for wheel, own in zip(self._wheels, scatters, strict=True):
-            wheel.go_on(step_s if own and alone else -step_s)
+        if not now.saturated:  # slides make wheel speeds scatter, and not the vehicle's
+            scatters = [own.speed_scatters for own in now.wheelsets]
+            alone = not (all(scatters) or now.speed_scatters)
+            for wheel, own in zip(self._wheels, scatters, strict=True):
+                wheel.go_on(step_s if own and alone else -step_s)
         self._vehicle.go_on(step_s if now.speed_scatters else -step_s)
         self._lasts = any(one.for_s > 0.0 for one in (self._vehicle, *self._wheels))
         self.wheels = frozenset([i for i, wheel in enumerate(self._wheels) if wheel.is_told])
