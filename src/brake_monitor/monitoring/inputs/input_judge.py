@@ -11,6 +11,7 @@ from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
+from brake_monitor.monitoring.inputs.dead_forces import DeadForces
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
 from brake_monitor.monitoring.inputs.frozen_forces import FrozenForces
@@ -53,6 +54,7 @@ class InputJudge:
         self._measured: list[bool] = []  # ... its own speed and the vehicle's
         self._arriving: list[bool] = []  # ... its pressing force
         self._braked: list[bool] = []  # ... all of these
+        self._impossible: list[int] = []  # whose pressing forces said what no brake does
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused  # of a signal that says something good again it forgets
         self._frozen = FrozenForces(channels, contact_force_n)
@@ -67,6 +69,7 @@ class InputJudge:
         self._block: SampleBlock | None = None  # whose samples are being taken, by:
         self._block_watch: BlockWatch | None = None
         self._forces = ForceWatch(settings.vehicle, settings.estimator, ratios)
+        self._dead = DeadForces(contact_force_n)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
@@ -113,6 +116,9 @@ class InputJudge:
             self._judge_alone(estimate.time_s, len(estimate.wheelsets), condition)
             self._changes = changes
         alone, measured, arriving = self._alone, self._measured, self._arriving
+        dead = self._dead.see(estimate.time_s, estimate.forces_n, self._impossible)
+        if dead:
+            arriving = [is_told and i not in dead for i, is_told in enumerate(arriving)]
         wheels = self._wheels.judge(estimate, measured)
         self._scatter.see(estimate)
         if self._scatter.wheels:  # what slides such a speed seems to tell of are none
@@ -120,6 +126,8 @@ class InputJudge:
             wheels = tuple([contradicted if i in scattered else state for i, state in enumerate(wheels)])
         is_contradicted = WheelState.CONTRADICTED in wheels
         forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
+        if dead:
+            forces = tuple([ForceState.CONTRADICTED if i in dead else state for i, state in enumerate(forces)])
         frozen = self._frozen_forces(estimate, arriving, wheels, forces)
         stuck = self._flags.judge(estimate, self._braked)
         is_contradicted |= self._wheels.speed_is_contradicted or self._scatter.speed_scatters
@@ -159,6 +167,11 @@ class InputJudge:
         (has_speed,) = alone.are_good(SPEED, 1)
         self._measured = [has_speed and own for own in alone.are_good(AXLE_SPEED, count)]
         self._arriving = alone.are_good(PRESSING_FORCE, count)
+        self._impossible = [
+            report.channel.wheelset
+            for report in alone.not_good
+            if report.channel.quantity is PRESSING_FORCE and report.condition is InputCondition.IMPOSSIBLE
+        ]
         self._braked = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
 
     def _frozen_forces(

@@ -87,7 +87,7 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
 def _doubt(i: int, record: ApplicationRecord) -> float:
     """Half of the 95 % interval by which friction of wheelset i stands apart, relative to the others'.
 
-    What wheelsets that had locked teach of their rail is little: their friction may differ by much, and be known as badly.
+    Of wheelsets that had locked little is known: their friction may differ by as much as it is in doubt.
     """
     others = [own for k, own in enumerate(record.wheelsets) if k != i and own.friction]
     if not others:
