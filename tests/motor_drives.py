@@ -8,6 +8,7 @@ import numpy as np
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.frame import Frame
 from brake_monitor.processing.pipeline import Outputs, Pipeline
+from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.physics.motors import Motors
@@ -42,9 +43,10 @@ def as_it_came(frame: Frame) -> Frame:
     return frame
 
 
-def played(drive: Recording, change: Change = as_it_came) -> list[Estimate]:
+def played(drive: Recording, change: Change = as_it_came, settings: Settings | None = None) -> list[Estimate]:
     """What is estimated of it, frames being changed or, as None, lost."""
-    return [output.estimate for output in _outputs(drive, change) if output.estimate is not None]
+    outputs = _outputs(drive, change, settings or drive.settings)
+    return [output.estimate for output in outputs if output.estimate is not None]
 
 
 def scaled(told: float) -> Callable[[Frame], Frame]:
@@ -61,11 +63,13 @@ def scaled(told: float) -> Callable[[Frame], Frame]:
 
 def alarms(drive: Recording, change: Change = as_it_came) -> set[tuple[str, int | None]]:
     """What is raised, and of which wheelset (from 1)."""
-    return {(alarm.kind, alarm.wheelset) for output in _outputs(drive, change) for alarm in output.alarms}
+    return {
+        (alarm.kind, alarm.wheelset) for output in _outputs(drive, change, drive.settings) for alarm in output.alarms
+    }
 
 
-def _outputs(drive: Recording, change: Change) -> list[Outputs]:
-    pipeline = Pipeline.from_settings(drive.settings)
+def _outputs(drive: Recording, change: Change, settings: Settings) -> list[Outputs]:
+    pipeline = Pipeline.from_settings(settings)
     frames = sorted((new for frame in drive.frames if (new := change(frame))), key=lambda frame: frame.time_s)
     return [pipeline.step(frame) for frame in frames]
 

@@ -4,6 +4,7 @@ from collections.abc import Iterator
 
 import numpy as np
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate, Status
@@ -55,6 +56,20 @@ def test_friction_and_adhesion_hold_while_motors_hand_over_to_pads() -> None:
     assert len(errors) > 100
     assert np.mean([abs(error) < 3.0 * std for error, std in errors]) > 0.97
     assert max(abs(adhesion_error(drive, now)) for now in found if now.status is VALID) < 0.008
+
+
+def test_wheelsets_without_a_motor_need_no_signal_that_says_so() -> None:
+    drive = recording(BRAKINGS)
+    signals = drive.settings.signals
+    torques = (*signals.wheel_torque[:2], "none", "none")
+    settings = replace(drive.settings, signals=replace(signals, wheel_torque=torques))
+    found = during(played(drive, settings=settings), 25.0, 60.0)
+    errors = list(frictions(drive, found))
+    assert len(errors) > 100
+    assert np.mean([abs(error) < 3.0 * std for error, std in errors]) > 0.97
+    assert max(abs(adhesion_error(drive, now)) for now in found if now.status is VALID) < 0.008
+    assert all(own.motor_force_n == 0.0 for now in found for own in now.wheelsets[2:])
+    assert max(own.motor_force_n or 0.0 for now in found for own in now.wheelsets[:2]) > 1000.0
 
 
 @pytest.mark.parametrize("told", [0.96, 1.04])

@@ -359,6 +359,27 @@ def test_a_wheelset_without_a_brake_or_motor_may_be_told_of_by_a_signal_that_is_
     assert (mapping.min, mapping.max) == (0.0, 0.0)
 
 
+MOTOR = 'wheel_torque = [{ message = "T", signal = "M_A" }, '  # of the first wheelset
+
+
+def test_a_wheelset_without_a_motor_needs_no_signal_for_one(tmp_path: Path) -> None:
+    signals = load(tmp_path, GOOD + MOTOR + '"none"]').signals
+    assert signals.wheel_torque[1] == "none"
+    torques = [(place, mapping.signal) for name, place, mapping in signals.mapped() if name == "wheel_torque"]
+    assert torques == [(0, "M_A")]
+
+
+@pytest.mark.parametrize("other", ['"nothing"', "0", "[]"])
+def test_a_motor_is_a_signal_or_none(tmp_path: Path, other: str) -> None:
+    sentence = refusal(tmp_path, f"{GOOD}{MOTOR}{other}]")
+    assert sentence.startswith('22: signals.wheel_torque[2]: expected a table or "none", got ')
+
+
+def test_only_a_motor_can_be_missing(tmp_path: Path) -> None:
+    new = GOOD.replace('{ message = "BCU", signal = "p_B" }', '"none"')
+    assert "expected a table, got" in refusal(tmp_path, new)
+
+
 # mass, inertia of a wheelset, its wheel and brake radius: published orders of magnitude, not measurements
 VEHICLES_OF_ALL_KINDS = {
     "hand trolley": (250.0, 3.0, 0.2, 0.2),

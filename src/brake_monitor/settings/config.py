@@ -111,18 +111,20 @@ class Signals(Struct, frozen=True, forbid_unknown_fields=True):
     sanding: SignalMapping | None = None
     load_force: tuple[SignalMapping, ...] = ()  # weight on the rail, N; the entries add up to the vehicle's
     gradient: SignalMapping | None = None  # rise over run, uphill positive
-    wheel_torque: tuple[SignalMapping, ...] = ()  # M_W,i in N m, accelerating positive
+    wheel_torque: tuple[SignalMapping | Literal["none"], ...] = ()  # M_W,i, N m, accelerating positive; or no motor
     latitude: SignalMapping | None = None  # degrees
     longitude: SignalMapping | None = None
 
     def mapped(self) -> Iterator[tuple[str, int | None, SignalMapping]]:
         """Yield each mapping with its quantity and its index in the list, None for a quantity that has no list."""
         for quantity in self.__struct_fields__:
-            found: SignalMapping | tuple[SignalMapping, ...] | None = getattr(self, quantity)
+            found: SignalMapping | tuple[SignalMapping | str, ...] | None = getattr(self, quantity)
             if isinstance(found, SignalMapping):
                 yield quantity, None, found
-            else:
-                yield from ((quantity, place, mapping) for place, mapping in enumerate(found or ()))
+                continue
+            for place, mapping in enumerate(found or ()):
+                if isinstance(mapping, SignalMapping):
+                    yield quantity, place, mapping
 
 
 class TuningOverrides(Struct, frozen=True, forbid_unknown_fields=True):

@@ -6,7 +6,7 @@ from typing import Any
 import msgspec
 from msgspec import inspect
 
-from brake_monitor.settings.config import CanBus, Settings
+from brake_monitor.settings.config import CanBus, Settings, SignalMapping
 from brake_monitor.settings.config_text import ConfigText, shown
 from brake_monitor.settings.settings_check import check_buses, check_counts, check_mappings, check_rest
 from brake_monitor.settings.store_settings import StoreSettings
@@ -80,7 +80,9 @@ def _complete_signals(settings: Settings, buses: tuple[CanBus, ...]) -> Any:
     def complete(entry: Any) -> Any:
         if isinstance(entry, tuple):
             return tuple(complete(mapping) for mapping in entry)
-        return entry and msgspec.structs.replace(entry, bus=entry.bus or buses[0].name)
+        if not isinstance(entry, SignalMapping):
+            return entry
+        return msgspec.structs.replace(entry, bus=entry.bus or buses[0].name)
 
     entries = {name: complete(getattr(settings.signals, name)) for name in UNITS}
     return msgspec.structs.replace(settings.signals, **entries)

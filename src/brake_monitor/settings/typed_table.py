@@ -21,9 +21,8 @@ def check_table(text: ConfigText, value: Any, wanted: inspect.Type, key: KeyPath
                 text.refuse(key, f"expected a list, got {shown(value)}")
             for place, entry in enumerate(value):
                 check_table(text, entry, wanted.item_type, (*key, place))
-        case inspect.UnionType():  # "number or absent": TOML has no null
-            (present,) = (t for t in wanted.types if not isinstance(t, inspect.NoneType))
-            check_table(text, value, present, key)
+        case inspect.UnionType():
+            _check_union(text, value, wanted, key)
         case _:
             if is_number(value) and not _is_finite(value):
                 text.refuse(key, f"expected a finite number, got {shown(value)}")
@@ -33,6 +32,17 @@ def check_table(text: ConfigText, value: Any, wanted: inspect.Type, key: KeyPath
                 text.refuse(key, "expected text without the character NUL")
             if isinstance(wanted, inspect.CustomType) and not value:  # it would be the folder itself
                 text.refuse(key, "expected a name, got an empty string")
+
+
+def _check_union(text: ConfigText, value: Any, wanted: inspect.UnionType, key: KeyPath) -> None:
+    """Where a value may be absent, which TOML has no word for, or where a word may take the place of a table."""
+    present, *others = (t for t in wanted.types if not isinstance(t, inspect.NoneType))
+    words = [word for other in others if isinstance(other, inspect.LiteralType) for word in other.values]
+    if words and not isinstance(value, dict):
+        if value not in words:
+            text.refuse(key, f"expected a table or {' or '.join(map(shown, words))}, got {shown(value)}")
+        return
+    check_table(text, value, present, key)
 
 
 def _check_keys(text: ConfigText, table: Any, wanted: inspect.StructType, key: KeyPath) -> None:

@@ -42,8 +42,14 @@ def new_core(
         lag_place=layout.lag,
         torque_error_place=layout.torque_error.start,
         wheels=[
-            WheelsetMoment(own, load_n, settings.contact_force_n, std**2, has_motor=has_torque_signal)
-            for own, load_n, std in zip(wagon.wheelsets, loads_n, noise_std[:-1], strict=True)
+            WheelsetMoment(
+                own,
+                load_n,
+                settings.contact_force_n,
+                std**2,
+                has_motor=(Quantity.WHEEL_TORQUE, i) in by_measurand,
+            )
+            for i, (own, load_n, std) in enumerate(zip(wagon.wheelsets, loads_n, noise_std[:-1], strict=True))
         ],
         readings=[Readings(std) for std in noise_std],
         channels=[_state(channel, tuning, layout.speed) for channel in channels],
