@@ -12,15 +12,18 @@ EARLIEST, LATEST = 6, 6  # readings by which a force may be told before its effe
 LAGS = EARLIEST + LATEST + 1
 LEAST_SPACING_S, LARGEST_SPACING_S = 0.018, 0.15  # between readings that are compared
 MEAN_S = 0.1
-MEMORY = 0.995  # of the sums over readings, per reading
+MEMORY = 0.995  # of the sums over readings, per reading: they are over ...
+READINGS_REMEMBERED = 200.0  # ... so many at most
 READINGS_NEEDED = 40
 LEAST_CORRELATION = 0.75  # in step or not it is 0.8 to 0.99, ...
 SHAKEN_CORRELATION, BETTER = 0.5, 0.25  # ... less if more shakes a wheelset: by so much above what was believed
 FEW_READINGS, CORRELATION_OF_FEW = 15, 0.9
 MORE_UNEXPLAINED = 1.25  # of the acceleration, if they were in step: a brake that is only put on fits with any lag
 SHORT_S, MUCH_MORE_UNEXPLAINED = 0.04, 2.5  # a rail that gives more with slip makes a force look up to 0.03 s late
+TURNED = 0.5  # of the force's typical departure from its mean, beyond which it has turned ...
+TURNS_NEEDED = 4  # with slides begun: on a rail that fades meanwhile, one vent fits a lag of -0.06 s best
 IN_A_ROW = 10  # readings that say the same: a rail that changes at once misleads for some
-PLAIN_READINGS, PLAIN_CORRELATION, PLAINLY_UNEXPLAINED, PLAIN_IN_A_ROW = 10, 0.95, 4.0, 5  # where there is no doubt
+PLAIN_READINGS, PLAIN_CORRELATION, PLAINLY_UNEXPLAINED, PLAIN_IN_A_ROW = 10, 0.95, 14.0, 5  # where there is no doubt
 LATE_S, EARLY_S = 0.012, 0.02  # a rail that gives way with slip makes a force come up to 0.016 s early, none 0.008 late
 
 
@@ -30,6 +33,8 @@ class ForceTiming:
     def __init__(self) -> None:
         self.lag_s = 0.0  # by which the force is told later than the wheel speed
         self.readings = 0  # compared so far
+        self._turns = 0  # of the force meanwhile, and slides that they were in
+        self._rises = 0.0  # 1 after it has turned up, -1 after it has turned down
         self.correlation = 0.0  # where it is strongest
         self._is_apart = False  # force and speed are out of step, as far as was last known, ...
         self._believed = EARLIEST  # ... by this lag, in readings from the earliest
@@ -83,6 +88,8 @@ class ForceTiming:
 
     def _is_clearly_better_than(self, lag: int) -> bool:
         """Whether the best correlation is high enough by itself, or stands out against that at another lag."""
+        if self._turns < TURNS_NEEDED:
+            return False
         if self.readings < READINGS_NEEDED:
             return self.readings >= FEW_READINGS and self.correlation >= CORRELATION_OF_FEW
         is_peak = 0 < self._best < LAGS - 1  # else the search's end
@@ -120,6 +127,7 @@ class ForceTiming:
             if self._fits[lag] > self._fits[best]:
                 best = lag
         self.readings += 1
+        self._count_turns(oldest)
         self._best = best
         self.correlation = self._fits[best]
         self.lag_s = (best - EARLIEST + self._beside(best)) * self._spacing_s
@@ -133,6 +141,16 @@ class ForceTiming:
         self._otherwise = self._otherwise + 1 if is_otherwise else 0
         if self._otherwise >= IN_A_ROW or self._plainly >= PLAIN_IN_A_ROW:
             self._is_apart, self._believed = is_apart, best if is_apart else EARLIEST
+
+    def _count_turns(self, oldest: int) -> None:
+        """Count as a slide begins, and as the force, less its mean, turns up or down."""
+        force_n = self._forces[(oldest + EARLIEST) % LAGS]
+        if self._slides[(oldest + EARLIEST - 1) % LAGS] == 0.0:
+            self._turns += 1
+        typical_n = sqrt(self._squares[EARLIEST] / min(self.readings, READINGS_REMEMBERED))
+        if abs(force_n) > TURNED * typical_n and force_n * self._rises <= 0.0:
+            self._rises = 1.0 if force_n > 0.0 else -1.0
+            self._turns += 1
 
     def _beside(self, best: int) -> float:
         """How far the peak of correlation is from the lag `best`, in lags, by the parabola through three of them."""
