@@ -145,6 +145,15 @@ def test_k_does_not_wander_off_however_often_motors_begin_on_lines_that_fall() -
     assert -2.0 * WAGON.torque_error_std <= braking.error < 0.0
 
 
+def test_a_clock_that_is_set_back_ends_what_motors_did_before() -> None:
+    braking = Braking()
+    braking.run(4.0, TORQUE_NM, resistance_mps2() + by_motors_mps2(TORQUE_NM))
+    braking.run(0.04, 0.0, resistance_mps2())
+    braking.core.now.motors_acted_s += 3600.0  # as the clock was then
+    braking.run(0.1, 0.0, resistance_mps2())
+    assert braking.core.now.motor_direction == 0.0
+
+
 def test_who_has_no_motors_has_no_state_for_them() -> None:
     estimator = Estimator(RAILCAR, EstimatorSettings(), channels(COUNT))
     assert estimator.core.filter.layout.size == estimator.core.filter.layout.torque_error.start

@@ -31,7 +31,7 @@ class MotorWatch(CoreNumbers):
             act = act or self.motor_acts(i)
         now.torque_error_density = 0.0
         if not act:
-            if now.time_s - now.motors_acted_s > REST_S:
+            if not 0.0 <= now.time_s - now.motors_acted_s <= REST_S:  # or the clock was set back
                 now.motor_direction = 0.0
             return
         now.motors_acted_s = now.time_s
