@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.core.friction_doubt import LINE_CHANGE_MPS2, STRAYS_S, STRAYS_SIGMAS
+from brake_monitor.estimation.core.core_numbers import LINE_CHANGE_MPS2
+from brake_monitor.estimation.core.friction_doubt import STRAYS_S, STRAYS_SIGMAS
 from brake_monitor.estimation.doubts.consistency import BIASED, BIASED_SIGMAS, LEAST_BIAS_STD_MPS, UNEXPLAINED, Doubt
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator

@@ -15,6 +15,7 @@ from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 
 STRAYED_SIGMAS = 2.0  # of L, as it was known when the brake application began
+LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake or a motor comes on: 5 per mille
 
 
 @dataclass

@@ -6,7 +6,7 @@ What comes unforeseen may be the line's, the pads' or a sensor's: what each of t
 
 from math import inf
 
-from brake_monitor.estimation.core.core_numbers import CoreNumbers
+from brake_monitor.estimation.core.core_numbers import LINE_CHANGE_MPS2, CoreNumbers
 from brake_monitor.estimation.core.regime_watch import PULL_ENDS_S
 from brake_monitor.estimation.doubts.consistency import BIASED, UNEXPLAINED
 from brake_monitor.estimation.model.wheelset import braking_ratio
@@ -15,7 +15,6 @@ STRAYS_SIGMAS = 1.5  # of the pads' mean friction, as it was known when the brak
 FAR_SIGMAS = 3.0  # ... by this, it is far off; ...
 BACK_SIGMAS = 1.0  # ... and so near it has come back
 STRAYS_S = 0.5  # ... for so long, it has strayed, or does no more: as a brake comes on, its timing lets it come and go
-LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake comes on: 5 per mille
 LINE_M = 1000.0  # within so long a way lines change, ...
 LARGEST_LINE_CHANGE_MPS2 = 0.15  # ... hardly ever by 15 per mille at once while the brake is on
 LEAST_PER_FRICTION_MPS2 = 1e-3  # d per unit of friction of a brake that hardly presses any more, to divide by

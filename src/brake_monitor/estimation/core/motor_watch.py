@@ -7,14 +7,13 @@ alike; by more than K can be, it is the line.
 
 from math import sqrt
 
-from brake_monitor.estimation.core.core_numbers import CoreNumbers
+from brake_monitor.estimation.core.core_numbers import LINE_CHANGE_MPS2, CoreNumbers
 from brake_monitor.estimation.model.wheelset import motor_demand
 
 REMEMBERED = 0.8  # of K, as motors begin to drive or to brake: they err otherwise then ...
 DENSITY = 1e-5  # 1/s, ... and otherwise at another speed and heat
 REST_S = 1.0  # without any torque for longer, they begin anew
 STRAYED_SIGMAS = 2.0  # of K, as it is known beforehand
-LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as they come on: 5 per mille
 LEAST_PER_ERROR_MPS2 = 0.01  # of motors that hardly act any more, to divide by
 
 
