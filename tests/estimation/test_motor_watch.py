@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.core.motor_watch import REST_S
+from brake_monitor.estimation.core.motor_watch import REMEMBERED, REST_S
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import Inputs
@@ -86,6 +86,23 @@ def test_what_was_learned_is_less_known_as_they_begin_anew_and_as_they_drive_ins
     braking.run(0.04, -TORQUE_NM, resistance_mps2() + by_motors_mps2(-TORQUE_NM))
     assert braking.error < 0.05  # and believed less
     assert 1.2 * known < braking.std <= WAGON.torque_error_std
+
+
+def test_what_k_and_other_states_may_be_wrong_by_together_is_not_forgotten_as_motors_begin() -> None:
+    """K was told from d by how they began last time: where one is wrong, so is the other, by as much less as K is."""
+    braking = Braking()
+    braking.run(10.0, 0.0, resistance_mps2())
+    braking.run(3.0, TORQUE_NM, resistance_mps2() + by_motors_mps2(TORQUE_NM))
+    before, d = np.array(braking.brakes.covariance), braking.brakes.layout.deceleration
+    assert abs(before[braking.place, d]) > 0.3 * braking.std * braking.brakes.std(d)
+    braking.core.renew_torque_error()
+    after, share = np.array(braking.brakes.covariance), REMEMBERED**2
+    others = np.arange(len(after)) != braking.place
+    np.testing.assert_allclose(after[braking.place, others], REMEMBERED * before[braking.place, others])
+    np.testing.assert_allclose(after, after.T)
+    assert after[braking.place, braking.place] == pytest.approx(
+        share * before[braking.place, braking.place] + (1.0 - share) * WAGON.torque_error_std**2
+    )
 
 
 def test_while_motors_act_what_is_known_of_them_fades_to_what_was_known_beforehand() -> None:

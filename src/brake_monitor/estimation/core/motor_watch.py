@@ -5,8 +5,6 @@ learned, and friction of the pads that take over is not taken for it. A line tha
 alike; by more than K can be, it is the line.
 """
 
-from math import sqrt
-
 from brake_monitor.estimation.core.core_numbers import LINE_CHANGE_MPS2, CoreNumbers
 from brake_monitor.estimation.model.wheelset import motor_demand
 
@@ -50,8 +48,8 @@ class MotorWatch(CoreNumbers):
         """
         brakes, place, prior = self.filter, self.torque_error_place, self.torque_error_std
         share = REMEMBERED * REMEMBERED
-        variance = share * self.torque_error_variance() + (1.0 - share) * prior * prior
-        brakes.forget(place, REMEMBERED * brakes.x[place], sqrt(variance))
+        brakes.scale(place, REMEMBERED, 0.0)
+        brakes.admit_jump(place, (1.0 - share) * prior * prior, place, 0.0)
 
     def torque_error_variance(self) -> float:
         """That of K."""
