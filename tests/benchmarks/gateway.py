@@ -39,6 +39,7 @@ from program import BRAKE_MONITOR, Program
 from replay import OTHER_IDS, WITHOUT, vehicle_files
 
 HERE = Path(__file__).parent
+UNIT = HERE.parents[1] / "systemd" / "brake-monitor.service"
 CHANNEL = "vcan0"
 FULL_HZ, MAPPED_HZ = 7400, 300  # of eight bytes, at 1 Mbit/s
 BURST_S = 0.001  # the sender wakes as often
@@ -150,7 +151,7 @@ class Daemon(Program):
             "NOTIFY_SOCKET": str(folder / "notify"),
             "STATE_DIRECTORY": str(folder / "state"),
             "WATCHDOG_USEC": "20000000",
-            "OPENBLAS_NUM_THREADS": "1",
+            **dict(re.findall(r"^Environment=(\w+)=(.*)$", UNIT.read_text(), re.MULTILINE)),
         }
         with socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM) as told:
             told.bind(os.environ["NOTIFY_SOCKET"])
