@@ -12,6 +12,7 @@ from brake_monitor.estimation.model.tuning import TRAIN
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.settings.config import EstimatorSettings
 from test_estimator import Run, channels, vehicle
+from test_motor_watch import COUNT, RAILCAR, TORQUES
 
 SCALE = 0.01  # of the covariances that are made up
 
@@ -99,6 +100,19 @@ def test_the_tape_tells_of_a_prediction_and_of_a_reading(standstill: bool) -> No
         assert reading.correction == pytest.approx(np.array(brakes.x) - x)
         assert abs(reading.correction[index]) > 1e-5
     assert len(brakes.tape.events) == 3
+
+
+def test_the_tape_tells_that_motors_begin_anew() -> None:
+    estimator = Taped(RAILCAR, EstimatorSettings(), [*channels(COUNT), *TORQUES])
+    brakes = estimator.filter
+    assert isinstance(brakes, TapedFilter)
+    (place,) = range(brakes.layout.size)[brakes.layout.torque_error]
+    brakes.covariance[place][place] = known = 1e-4
+    brakes.tape.cut(len(brakes.tape.events))
+    before = np.array(brakes.covariance)
+    estimator.core.renew_torque_error()
+    assert brakes.covariance[place][place] > 5.0 * known
+    np.testing.assert_allclose(told(brakes, before), brakes.covariance, atol=1e-12)
 
 
 def test_the_tape_tells_of_what_is_known_beside_all_readings() -> None:

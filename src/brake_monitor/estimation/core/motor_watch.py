@@ -49,7 +49,7 @@ class MotorWatch(CoreNumbers):
         brakes, place, prior = self.filter, self.torque_error_place, self.torque_error_std
         share = REMEMBERED * REMEMBERED
         brakes.scale(place, REMEMBERED, 0.0)
-        brakes.admit_jump(place, (1.0 - share) * prior * prior, place, 0.0)
+        brakes.widen(place, (1.0 - share) * prior * prior)
 
     def torque_error_variance(self) -> float:
         """That of K."""

@@ -32,8 +32,12 @@ class Belief:
         for k in range(len(self.x)):
             self.covariance[k][place] *= factor
 
+    def widen(self, place: int, variance: float) -> None:
+        """Admit that a state has moved by an unknown amount of this variance, alone."""
+        self.covariance[place][place] += variance
+
     def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
-        """Admit an unknown jump of the state at `place`; the one at `shown_by` has jumped `per_jump` times as far."""
+        """Admit an unknown jump of the state at `place`; another, at `shown_by`, has by `per_jump` times as much."""
         self.covariance[shown_by][shown_by] += variance * per_jump * per_jump
         self.covariance[shown_by][place] += variance * per_jump
         self.covariance[place][shown_by] += variance * per_jump

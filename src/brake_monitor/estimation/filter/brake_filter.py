@@ -180,9 +180,7 @@ class BrakeFilter(Belief):
 
     def admit_deceleration_jump(self) -> None:
         """Widen d as a brake application begins: in a train the coupler force begins with it."""
-        noise = zeros(self.layout.size)
-        noise[self.layout.deceleration][self.layout.deceleration] = self.tuning.deceleration_onset_std**2
-        self._admit(noise)
+        self.widen(self.layout.deceleration, self.tuning.deceleration_onset_std**2)
 
     def pull_variance(self, coasting_mps2: float) -> float:
         """The square of what pulls the wagon, less the variance of gradients that are to be expected, (m/s²)².

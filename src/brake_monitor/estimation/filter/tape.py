@@ -84,6 +84,11 @@ class TapedFilter(BrakeFilter):
         super().scale(place, factor, about)
         self._note({(place, place): factor - 1.0}, {})
 
+    def widen(self, place: int, variance: float) -> None:
+        """As `BrakeFilter` does, and note it."""
+        super().widen(place, variance)
+        self._note({}, {(place, place): variance})
+
     def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
         """As `BrakeFilter` does, and note it."""
         super().admit_jump(place, variance, shown_by, per_jump)
