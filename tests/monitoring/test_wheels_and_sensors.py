@@ -16,7 +16,7 @@ from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import Profile, Scenario, steps
+from brake_monitor.simulator.scenarios import SCENARIOS, Profile, Scenario, steps
 from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S, Recording
 from brake_monitor.simulator.simulate import run as simulate
@@ -383,3 +383,13 @@ def test_a_brake_that_loses_its_air_beside_three_that_coarse_sensors_show_still_
     for message, signals in (("BrakeLead", ("p_1", "p_2")), ("BrakeTrail", ("p_3", "p_4"))):
         frames = changed(message, signals, lambda _, bar: round(bar / 0.05) * 0.05, 0.0, inf, vehicle="bogie")(frames)
     assert set(alarms(frames, "bogie")) == {("brake_not_applied", 1)}
+
+
+def test_a_force_that_says_0_from_the_start_is_no_isolated_brake_where_braking_begins_at_once() -> None:
+    """Five seconds after the recording did: what a second of free rolling has shown tells creep of one per cent."""
+    frames = changed("BrakeLead", ("p_2",), lambda _, __: 0.0, -1.0, 12.0, vehicle="bogie")(
+        list(simulate(SCENARIOS["sanding"], settings("bogie"), 1).frames)
+    )
+    found = alarms([frame for frame in frames if frame.time_s < EPOCH_S + 10.0], "bogie")
+    assert ("input_implausible", 2) in found
+    assert "brake_not_applied" not in kinds(found)

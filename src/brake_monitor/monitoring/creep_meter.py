@@ -17,7 +17,7 @@ MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
 FREE_AFTER_S = 3.0  # after the last contact, or a motor, every wheelset rolls freely
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
 REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say
-LEAST_REFERENCE_S = 3.0
+LEAST_REFERENCE_S = 1.0  # how little that is worth, its deviation says
 AVERAGE_S = 1.0
 LONGEST_GAP_S = 1.0
 
