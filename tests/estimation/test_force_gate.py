@@ -90,6 +90,17 @@ def test_a_brake_that_slide_protection_empties_at_once_is_borne_out(full_n: floa
 
 
 @given(full_n=FULL_N)
+def test_a_fall_that_was_borne_out_was_a_jump_until_the_next_reading(full_n: float) -> None:
+    gate = ForceGate()
+    assert gate.passes(10.0, full_n, True)
+    assert not gate.has_jumped()
+    assert len([pair for k in (1, 2) for pair in believed(gate, 10.0 + 0.01 * k, 0.0, unlikely=False)]) == 2
+    assert gate.has_jumped()
+    assert believed(gate, 10.03, 0.0, unlikely=False)
+    assert not gate.has_jumped()
+
+
+@given(full_n=FULL_N)
 def test_a_sensor_that_died_lives_again_where_it_says_something_else(full_n: float) -> None:
     gate = ForceGate()
     assert gate.passes(10.0, full_n, True)

@@ -7,14 +7,24 @@ import pytest
 
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Status
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
 from brake_monitor.simulator.plant import Modifiers
-from brake_monitor.simulator.scenarios import Scenario
+from brake_monitor.simulator.scenarios import SCENARIOS, Profile, Scenario, steps
+from brake_monitor.simulator.simulate import run as simulate
 from drives import DRY, END_S, SLIDE, Judged, drive, play
 from faults import Fault, changed, frozen, signal_changed
 
 TOP_BAR = 10.0  # of the range of the DBC
 BRAKED_FROM_S = 5.0
+LIGHT = Scenario(
+    name="light braking",
+    summary="coast, brake lightly from 5 to 15 s, coast",
+    initial_speed_mps=32.0,
+    duration_s=END_S,
+    demand=steps((5.0, 0.4), (15.0, 0.0)),
+    rail_over_time=Profile(((0.0, 0.45),)),
+)
 UNIT = ("wheel speed", "pressing force")  # what one of them tells
 
 
@@ -101,3 +111,32 @@ def test_a_unit_that_says_0_of_its_wheelset_is_learned_from_as_soon_as_it_is_bac
     after = seen.during(to_s + 2.5, 12.5)
     assert after.statuses == {Status.VALID}
     assert np.abs(after.friction_error).max() < 0.05
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_what_a_brake_does_unseen_for_a_second_as_brakes_come_on_is_no_friction_of_the_others(seed: int) -> None:
+    """The others' adhesion and friction bore it: as the force was told again, friction was a quarter too high."""
+    recording = simulate(SCENARIOS["sanding"], example_settings("bogie"), seed)
+    frames = changed("BrakeTrail", ("p_3",), lambda _, __: 0.0, 5.2, 6.2, vehicle="bogie")(list(recording.frames))
+    seen = Judged.of(recording, play(recording.settings, frames))
+    seen.assert_sound()
+    seen.assert_honest()
+    assert seen.during(6.6, 12.0).worst_friction() < 0.06
+
+
+def test_what_the_wagon_uses_of_the_rail_is_known_while_a_brake_presses_unseen() -> None:
+    seen = judged(DRY, signal_changed("pressing force", lambda _, __: 0.0, 1.0, END_S))
+    silent = seen.during(BRAKED_FROM_S + 0.7, BRAKED_FROM_S + 2.4)
+    std = np.array([e.adhesion_std for e in silent.told])
+    assert (np.abs(silent.adhesion_error) < 3.0 * std).all()
+    assert silent.rmse < 0.008
+
+
+def test_all_forces_that_are_gone_at_once_are_doubted_as_long_as_the_wagon_retards_on() -> None:
+    """No air goes at once; and no line that begins in that moment takes from the speed what the brakes took."""
+    gone = [changed("BCU", (signal,), lambda _, __: 0.0, 9.0, 14.5) for signal in ("p_A", "p_B")]
+    assert judged(LIGHT, *gone).during(9.9, 14.4).statuses == {Status.CONVERGING}
+
+
+def test_a_release_as_air_does_it_leaves_no_doubt() -> None:
+    assert judged(LIGHT).during(15.0).statuses == {Status.VALID}

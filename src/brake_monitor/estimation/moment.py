@@ -33,6 +33,7 @@ class BrakeApplication:
         self.lag_variance = 0.0  # ... and how well it was known
         self.friction = 0.0  # the pads' mean friction then, ...
         self.friction_variance = inf  # ... and how well it was known
+        self.ends_at_once = False  # the last force that was told to press was gone faster than air can move
         self.strays_s = inf  # since when mean friction is off that; inf: it is not
         self.friction_is_doubted = False  # it was widened against d
         self.lately = BrakingReference(lasts_s=2.0)  # what a line does within some tens of metres shows by the one, ...
@@ -140,6 +141,7 @@ class WheelsetMoment:
         self.motor_has_acted = False
         self.force_lost = True
         self.silent = False  # its force has not come on with the others', but its brake may work all the same
+        self.silent_adhesion = 0.0  # ... and may have brought mu_w,i to this since the others came on
         self.torque_known = False  # in this step, that of its brake and of its motor
         self.axle_speed_lost = True
         self.slid_s = -inf  # when its slip was last beyond creep
@@ -154,9 +156,8 @@ class WheelsetMoment:
         self.stuck_lately = 0.0  # its pads are, or were lately: mu_b,i walks, up to STUCK_FRICTION_STD
         self.omega_density = 0.0  # (rad/s)²/s, as in `Tuning`
         self.adhesion_density = 0.0  # 1/s, its own
-        self.small_slip = 0.0  # by which weights the C_k count at its slip, if it neither rolls nor is locked
-        self.medium_slip = 0.0
-        self.large_slip = 0.0
+        # By which weights the C_k count at its slip, if it neither rolls nor is locked.
+        self.small_slip = self.medium_slip = self.large_slip = 0.0
         self.slip_mps = 0.0  # slip speed w = v - omega r_W before the step
         self.slip_change_mps = 0.0  # Δw since the step before, times e^{-B w}: see `RegimeWatch.enter_creep`
         self.adhesion_before = 0.0  # mu_w,i before its last wheel speed that surprised, ...

@@ -122,7 +122,8 @@ class FrictionDoubt(CoreNumbers):
     def see_line_change(self) -> None:
         """Follow the part of d that the line can have made, while braking only as fast as lines change; doubt any more.
 
-        Pressing forces that stand still, and brakes of which nothing is told, drive d as a changing line would.
+        Pressing forces that stand still, and brakes of which nothing is told, drive d as a changing line would. So do
+        brakes that press on when all forces are told to be gone at once, as no air goes.
         """
         now, applied, unmodelled_mps2 = self.now, self.now.application, self.filter.x[self.deceleration_place]
         passed_m, applied.line_m = now.distance_m - applied.line_m, now.distance_m
@@ -130,7 +131,8 @@ class FrictionDoubt(CoreNumbers):
         pull_may_end = applied.pull_variance > 0.0 and now.time_s - applied.began_s < PULL_ENDS_S
         variance = self.filter.covariance[self.deceleration_place][self.deceleration_place]
         is_known = variance < LINE_CHANGE_MPS2 * LINE_CHANGE_MPS2 or not now.consistency.is_on(BIASED, now.time_s)
-        if pull_may_end or (is_known and not now.pressed):
+        is_released = not (now.pressed or applied.ends_at_once)
+        if pull_may_end or (is_known and is_released):
             if abs(unmodelled_mps2) <= self.largest_deceleration_mps2:
                 applied.line_mps2 = unmodelled_mps2
         elif abs(strayed_mps2) <= LARGEST_LINE_CHANGE_MPS2:

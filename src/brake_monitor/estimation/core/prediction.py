@@ -72,6 +72,7 @@ class Prediction(RegimeWatch):
         self.let_unmeasured_roll()
         if not (now.all_roll or now.near_standstill):
             self.draw_unknown_adhesion(step_s)
+            self.let_silent_brakes_press()
         self.see_free_rolling(step_s)
         self.add_work(step_s)
         self.follow_forces(step_s)
@@ -107,6 +108,21 @@ class Prediction(RegimeWatch):
                 asked = self.adhesion_demand(i) if wheel.torque_known else 0.0
                 drawn = step_s * wheel.adhesion_density / (2.0 * UNKNOWN_ADHESION_STD * UNKNOWN_ADHESION_STD)
                 self.filter.scale(self.adhesion_place + i, exp(-drawn), asked)
+
+    def let_silent_brakes_press(self) -> None:
+        """Admit that mu_w,i of a silent brake has risen with the others': else these bear what it does, and friction.
+
+        By its walk alone it would not follow a brake that comes on.
+        """
+        most = 0.0
+        for i in range(self.wheelset_count):
+            if not self.wheels[i].silent:
+                most = max(most, self.adhesion_demand(i))
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            if wheel.silent and most > wheel.silent_adhesion:
+                self.filter.widen(self.adhesion_place + i, most * most - wheel.silent_adhesion * wheel.silent_adhesion)
+                wheel.silent_adhesion = most
 
     def adhesion_demand(self, i: int) -> float:
         """The mu_w,i that brake and motor of wheelset i ask for if it rolls."""

@@ -72,6 +72,8 @@ class RegimeWatch(MotorWatch):
         for wheel in self.wheels:
             wheel.silent = is_early and most_n >= PRESSES_N and not (wheel.contact.has_pressed or wheel.contact.is_idle)
             wheel.torque_known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent)
+            if not wheel.silent:
+                wheel.silent_adhesion = 0.0
 
     def quick_slip_squared(self) -> float:
         """The square of the slip from which on adhesion may change quickly; what v may be off by is no slip."""

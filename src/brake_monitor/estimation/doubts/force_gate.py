@@ -31,6 +31,7 @@ class ForceGate:
         self._fell_nps = 0.0  # ... and how fast
         self._held_s = 0.0
         self._held_n = 0.0
+        self._bears_out = False  # the last reading believed bore out the one held back before it
 
     def passes(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
         """Take an ordinary reading; False if it is none: nothing is taken then, and `pass_on` has to decide.
@@ -61,6 +62,7 @@ class ForceGate:
             believed = [held_back, *believed]
         self.holds = False
         self._take(time_s, pressing_force_n)
+        self._bears_out = len(believed) > 1
         return believed
 
     def is_alive(self, time_s: float) -> bool:
@@ -70,7 +72,7 @@ class ForceGate:
     def has_jumped(self) -> bool:
         """Whether the last reading believed is further from the one before than air moves: one of them is wrong."""
         step_s = max(abs(self._time_s - self._before_s), LEAST_FORCE_STEP_S)
-        return abs(self._value - self._before_n) > FASTEST_FALL_NPS * step_s
+        return self._bears_out or abs(self._value - self._before_n) > FASTEST_FALL_NPS * step_s
 
     def _take(self, time_s: float, pressing_force_n: float) -> None:
         self._before_s, self._before_n = self._time_s, self._value
@@ -79,6 +81,7 @@ class ForceGate:
         if pressing_force_n < self._value - LEAST_FALL_N:
             self._fell_s, self._fell_nps = time_s, (self._value - pressing_force_n) / self._step_s(time_s)
         self._time_s, self._value = time_s, pressing_force_n
+        self._bears_out = False
 
     def _can_follow(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
         """Whether air can have moved from the last reading to this one."""
