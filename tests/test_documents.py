@@ -2,8 +2,12 @@
 
 import re
 from pathlib import Path
+from typing import get_args
 
 import pytest
+
+from brake_monitor.estimation.model.tuning import PRESETS
+from brake_monitor.settings.config import Preset
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted(ROOT / page for page in ("README.md", "CHANGELOG.md")) + sorted(
@@ -49,6 +53,17 @@ def test_every_equation_stands_where_the_model_s_page_says() -> None:
         code = "".join((page.parent / path).read_text() for path in re.findall(r"\]\(([^)]+)\)", files))
         for name in re.findall(r"`(\w+)`", names):
             assert re.search(rf"^ *(?:def |class )?{name}\b(?=[(: =])", code, re.MULTILINE), name
+
+
+def test_presets_are_what_the_model_s_page_says() -> None:
+    page = (ROOT / "docs" / "model.md").read_text()
+    table = page.partition("| key of `[estimator.tuning]` |")[2].partition("\n\n")[0].splitlines()[2:]
+    assert len(table) > 20
+    for row in table:
+        _, key, _, *told, _ = (cell.strip() for cell in row.split("|"))
+        for preset, value in zip(get_args(Preset), told, strict=True):
+            if value != "K is no state":
+                assert float(value) == getattr(PRESETS[preset], key.strip("`")), (key, preset)
 
 
 def rows(text: str) -> list[str]:

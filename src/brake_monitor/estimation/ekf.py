@@ -48,10 +48,10 @@ def product(a: Matrix, b: Matrix) -> Matrix:
 
 
 def process_noise(jacobian: Matrix, density: Matrix, dt_s: float) -> Matrix:
-    """∫ e^{As} Q e^{A's} ds over the step, shape (n, n), to third order in dt.
+    """∫ e^{As} Q e^{A's} ds over the step, shape (n, n), with e^{As} = I + A s: exact where A² = 0.
 
-    `density` is the spectral density matrix Q, shape (n, n). The series is exact when A Q A' has no further
-    A left to act on, as for an integrator chain of length two (speeds driven by their coefficients).
+    `density` is the spectral density matrix Q, shape (n, n). A² = 0 is an integrator chain of length two: speeds
+    driven by their coefficients. What drag, or friction that relaxes, adds to A² is next to nothing in a step.
     """
     size = len(jacobian)
     step = scaled(jacobian, dt_s)

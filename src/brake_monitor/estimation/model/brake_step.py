@@ -145,9 +145,9 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetResponse:
     """What pressing force and motor of wheelset i do to its mu_b,i and mu_w,i over a step.
 
-        q_i     = F_perp,i r_B / (m g s_i r_W)
+        q_i     = F_perp,i r_B / (F_z,i r_W)
         Δmu_b,i = E Δq_i                                     of a wheelset that slid lately, else 0
-        Δmu_w,i = c_i Δ(q_i mu_b,i - (1 + K) M_W,i / (m g s_i r_W))  with c_i = 1 as it rolls, else Σ_k w_k C_k
+        Δmu_w,i = c_i Δ(q_i mu_b,i - (1 + K) M_W,i / (F_z,i r_W))  with c_i = 1 as it rolls, else Σ_k w_k C_k
 
     mu_w,i of a rolling wheelset follows its brake torque. Without this, a brake application looks like a random
     walk of mu_w to the filter, and so does a motor that hands over to the pads: it lags, and puts the difference
