@@ -5,11 +5,12 @@ from collections.abc import Iterator
 import numpy as np
 import pytest
 
+from brake_monitor.estimation.core.correction import FROZEN
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import Wagon
-from brake_monitor.samples import Quantity, Sample
+from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Preset
 from test_estimator import Run, channels, vehicle
 
@@ -164,3 +165,22 @@ def test_what_a_slide_has_taught_of_the_rail_outlasts_it() -> None:
     assert covariance[decay][decay] < WAGON.adhesion_decay_std**2
     assert np.diag(covariance)[estimator.filter.layout.uptake].max() <= WAGON.uptake_std**2 * (1.0 + 1e-12)
     assert estimator.filter.x[decay] != 0.0
+
+
+def test_a_snapshot_of_a_slide_brings_nothing_back_that_ended_with_it() -> None:
+    """The straight lines leave these covariances out while all roll, the compiled core does not: both have to be 0."""
+    run = Run(end_s=13.3)
+    estimator = Estimator(vehicle(run.n), EstimatorSettings(), channels(run.n))
+    for sample in sliding(run, 10.0):
+        estimator.take(sample)
+    core, brakes = estimator.core, estimator.filter
+    assert not core.now.has_slid
+    decay, friction = brakes.layout.decay, brakes.layout.friction.start
+    place = len(brakes.x) + decay * len(brakes.x) + friction
+    frozen_s = max(time_s for time_s, saved in zip(core.now.saved_s, brakes.saved, strict=True) if saved[place])
+    core.readings[brakes.layout.speed].frozen.since_s = frozen_s + 0.1
+    before = brakes.x[decay]
+    estimator.conclude(FROZEN, Sample(run.end_s, Quantity.SPEED, 0, 20.0, Quality.GOOD))
+    assert brakes.x[decay] != before
+    for place in range(brakes.layout.creep.start, brakes.layout.creep.stop):
+        assert not np.delete(np.array(brakes.covariance)[place], place).any()

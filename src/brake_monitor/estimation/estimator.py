@@ -254,6 +254,8 @@ class Estimator:
         if known:
             _, newest = max(known)
             self._filter.restore_parameters(newest)
+            if not self._now.has_slid:  # as it may have then
+                self.core.end_slides()
         self._now.application.line_mps2 = self._filter.x[self._layout.deceleration]
         self._now.consistency.bias.restart()
         self._restart(self._now.time_s)
