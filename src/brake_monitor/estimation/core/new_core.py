@@ -38,7 +38,9 @@ def new_core(
         friction_place=layout.friction.start,
         adhesion_place=layout.adhesion.start,
         deceleration_place=layout.deceleration,
-        creep_place=layout.creep.start,
+        force_effect_place=layout.force_effect,
+        decay_place=layout.decay,
+        uptake_place=layout.uptake.start,
         lag_place=layout.lag,
         torque_error_place=layout.torque_error.start,
         wheels=[

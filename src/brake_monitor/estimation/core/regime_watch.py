@@ -137,7 +137,7 @@ class RegimeWatch(MotorWatch):
         learned at small slip, it would fall to nothing on the way to a lock. There it is A mu_0 (Polach: A about 0.4).
         """
         slip_mps = slip * self.speed_mps()
-        still_falls = exp(-max(self.filter.x[self.creep_place + 1] * slip_mps, 0.0))
+        still_falls = exp(-max(self.filter.x[self.decay_place] * slip_mps, 0.0))
         wheel.slip_change_mps = still_falls * (slip_mps - wheel.slip_mps)
         wheel.slip_mps = slip_mps
         wheel.small_slip = wheel.medium_slip = wheel.large_slip = 0.0
@@ -153,8 +153,10 @@ class RegimeWatch(MotorWatch):
 
     def end_slides(self) -> None:
         """All wheelsets roll again: keep what slides taught of E, B and C_k, without covariances to other states."""
-        for place in range(self.creep_place, self.lag_place):
-            self.untie(place, inf if place < self.creep_place + 2 else self.uptake_std)
+        self.untie(self.force_effect_place)
+        self.untie(self.decay_place)
+        for place in range(self.uptake_place, self.lag_place):
+            self.untie(place, self.uptake_std)
         self.now.has_slid = False
 
     def untie(self, place: int, largest_std: float = inf) -> None:
