@@ -11,8 +11,8 @@ In the order in which they are best read:
   `prediction`; with a reading: `correction`; what is known then, in numbers: `readout`. No more than that is compiled;
 * `doubts`, what core and estimator ask before they believe a reading or the model;
 * `estimator`, what is done with any other sample. `alignment` brings late ones in order, `known_inputs` takes what is
-  told otherwise than usual, `friction_pause` says what pads may have done unseen, `earlier_run` goes on with what one has
-  `learned`, `slide_protection` sees which of them act;
+  told otherwise than usual, `friction_pause` says what pads may have done unseen, `slide_protection` sees which of them
+  act, `earlier_run` goes on with what was `learned`;
 * `statement`, what is known in words: an `estimate`.
 
 What `is_…`, `has_…` or `any_…` asks changes nothing. `see_…` takes what has come and may answer what that shows;

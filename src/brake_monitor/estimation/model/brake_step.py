@@ -100,10 +100,11 @@ def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
 def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
     """A step in which mu_w,i of a wheelset that rolls follows its torques, and of one that slides its slip speed.
 
-        Δmu_w,i = - B mu_w,i Δw_i    of a wheelset that slides, beside what `_response` says
+        Δmu_w,i = - B mu_w,i e^{-B w_i} Δw_i    of a wheelset that slides, beside what `_response` says
 
-    Δw_i, the change of slip speed, is taken from the readings so far. With ẇ_i of the model instead, the term would be
-    a product of noisy states: while all wheelsets creep steadily, the filter would take its noise for news of mu_b.
+    Δw_i, the change of slip speed, is taken from the estimates so far. With ẇ_i of the model instead, the term would
+    be a product of noisy states: while all wheelsets creep steadily, the filter would take its noise for news of mu_b.
+    That e^{-B w_i} falls with B is left out of the derivative: it makes no difference.
     """
     s = wagon.layout
     uptake = range(s.uptake.start, s.uptake.stop)
