@@ -9,11 +9,14 @@ import numpy as np
 import pytest
 from msgspec.structs import replace
 
+import motor_drives
 from brake_monitor.arrays import Floats
 from brake_monitor.cli import main
+from brake_monitor.estimation.core import readout
 from brake_monitor.estimation.ekf import Measured
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.filter.tape import Reading, Step, Tape
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame import Frame
 from brake_monitor.processing import smoother as smoothing
 from brake_monitor.processing.estimate_table import line
@@ -282,6 +285,21 @@ def test_a_preset_with_states_that_have_no_variance_is_smoothed_too() -> None:
         for found in (run.smoothed, run.filtered)
     ]
     assert friction_rmse[0] < 0.5 * friction_rmse[1]
+
+
+def test_what_one_motor_errs_by_is_part_of_the_deviation_looking_back_as_well(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(readout, "OWN_TORQUE_STD", much := 0.3)  # far more than all motors err by together
+    drive = motor_drives.recording(motor_drives.BRAKINGS)
+    frames = [frame for frame in drive.frames if frame.time_s - EPOCH_S < 12.0]  # motors brake from 8 s on
+    filtered, smoothed = play(drive.settings, frames)
+    braked = [e for e in filtered if e.time_s - EPOCH_S > 9.5]
+    for estimate in smoothed[-len(braked) :]:
+        for own in estimate.wheelsets[:2]:
+            load_n = own.relative_load * estimate.mass_kg * GRAVITY_MPS2 / 4
+            assert own.motor_force_n is not None
+            assert own.adhesion_std > 0.99 * much * own.motor_force_n / load_n > 0.01
 
 
 # -- the command -----------------------------------------------------------------------------------------------

@@ -22,7 +22,6 @@ from brake_monitor.estimation import ekf
 from brake_monitor.estimation.core.core import ELSE, Core
 from brake_monitor.estimation.core.correction import FUSED, TAKEN
 from brake_monitor.estimation.core.readout import (
-    adhesion_by_motor,
     load_share,
     of_wagon,
     of_wheelset,
@@ -30,6 +29,7 @@ from brake_monitor.estimation.core.readout import (
     timed_std,
     trust_in,
     unproven_mps,
+    unseen_adhesion_std,
     unseen_friction_variance,
     width,
 )
@@ -224,7 +224,7 @@ teach(
     (CoreTuple, Innovation, Measured, FilterTuple),
     (
         slip_of, ekf.correct, share_memory_steps, settling_share, moves,
-        read_out, of_wagon, of_wheelset, load_share, adhesion_by_motor, timed_std, trust_in, unproven_mps,
+        read_out, of_wagon, of_wheelset, load_share, timed_std, trust_in, unproven_mps, unseen_adhesion_std,
         unseen_friction_variance, pause_variance, log_normal, log_sum, rail_radps2, brake_radps2, braking_ratio,
         motor_demand,
     ),

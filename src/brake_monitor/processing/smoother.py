@@ -18,7 +18,7 @@ import numpy as np
 from msgspec.structs import replace
 
 from brake_monitor.arrays import Floats
-from brake_monitor.estimation.core.readout import load_share, unseen_friction_variance
+from brake_monitor.estimation.core.readout import load_share, unseen_adhesion_std, unseen_friction_variance
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate, slip_of
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.filter.tape import Reading, Step, TapedFilter
@@ -94,7 +94,8 @@ class Row(NamedTuple):
     covariance: Floats
     load_share: Floats  # F_z,i / (m g), shape (N,)
     wheel_radius_m: tuple[float, ...]
-    unseen_friction_variance: tuple[float, ...]  # published beside the belief's own
+    unseen_friction_variance: tuple[float, ...]  # published beside the belief's own, ...
+    unseen_adhesion_std: tuple[float, ...]  # ... and so is this
     position: int  # events on the tape before it
 
 
@@ -140,6 +141,7 @@ class Smoother:
             load_share=np.array([load_share(core, i) for i in wheelsets]),
             wheel_radius_m=self._estimator.wheel_radius_m,
             unseen_friction_variance=tuple([unseen_friction_variance(core, i) for i in wheelsets]),
+            unseen_adhesion_std=tuple([unseen_adhesion_std(core, i) for i in wheelsets]),
             position=len(self._tape.events),
         )
 
@@ -192,5 +194,5 @@ class Smoother:
             friction=float(x[friction]),
             friction_std=hypot(float(std[friction]), sqrt(row.unseen_friction_variance[i])),
             adhesion=float(x[adhesion]),
-            adhesion_std=float(std[adhesion]),
+            adhesion_std=hypot(float(std[adhesion]), row.unseen_adhesion_std[i]),
         )

@@ -134,7 +134,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         min(applied.line_friction_std, sqrt(applied.line_friction_share) * friction_std),
         float(trust),
         x[adhesion],
-        hypot(timed_std(core, covariance[adhesion][adhesion]), OWN_TORQUE_STD * adhesion_by_motor(core, i)),
+        hypot(timed_std(core, covariance[adhesion][adhesion]), unseen_adhesion_std(core, i)),
         wheel.force.value,
         float(wheel.checks.still.renewals),
         1.0 if wheel.checks.scatter.is_large else 0.0,
@@ -173,11 +173,11 @@ def timed_std(core: CoreNumbers, variance: float) -> float:
     return hypot(sqrt(max(variance, 0.0)), core.now.missed_deceleration_mps2 / GRAVITY_MPS2)
 
 
-def adhesion_by_motor(core: CoreNumbers, i: int) -> float:
-    """The mu_w,i that the motor of wheelset i asks for if it rolls."""
+def unseen_adhesion_std(core: CoreNumbers, i: int) -> float:
+    """The deviation of mu_w,i by what the motor of wheelset i errs beside K."""
     wheel = core.wheels[i]
     asked: float = motor_demand(wheel, wheel.end_torque_nm, wheel.next_wheel_load_n) if core.has_torque_signal else 0.0
-    return asked
+    return OWN_TORQUE_STD * abs(asked)
 
 
 def load_share(core: CoreNumbers, i: int) -> float:
