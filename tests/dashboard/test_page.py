@@ -317,15 +317,19 @@ def test_every_text_is_readable_in_both_themes_and_at_a_phones_width(
     shown(page, "Theme: dark")
 
 
-@pytest.mark.parametrize("reasons", [[], ["speed contradicts forces", "unexplained deceleration"]])
+@pytest.mark.parametrize(
+    "estimate",
+    [
+        {},
+        {"adhesion": 0.012, "saturated": True},  # the longest word about the rail
+        {"status": "converging", "reasons": ["speed contradicts forces", "unexplained deceleration"]},
+    ],
+)
 def test_nothing_lies_on_another_whatever_the_width_and_however_much_four_wheelsets_say(
-    depot: Depot, open_page: Open, reasons: list[str]
+    depot: Depot, open_page: Open, estimate: dict[str, Any]
 ) -> None:
     wagon = depot.wagon("wagon-8127")
-    wagon.says(
-        estimate=SAILING | {"status": "converging" if reasons else "valid", "reasons": reasons, "sanding": True},
-        wheelsets=[{"wsp_active": True}] * 4,
-    )
+    wagon.says(estimate=SAILING | {"sanding": True} | estimate, wheelsets=[{"wsp_active": True}] * 4)
     depot.dashboard()
     page = open_page(f"{depot.address}#/wagon/wagon-8127")
     shown(page, "WSP 4")
@@ -337,7 +341,15 @@ def test_nothing_lies_on_another_whatever_the_width_and_however_much_four_wheels
         )
         assert rows == 1, width
         until(lambda width=width: page.evaluate("document.documentElement.scrollWidth") <= width)
+        assert page.evaluate(LINES_OF_NAME) == 1, width
 
+
+# On how many lines the wagon's name stands.
+LINES_OF_NAME = """() => {
+  const name = document.createRange();
+  name.selectNodeContents(document.querySelector(".hero h1"));
+  return name.getClientRects().length;
+}"""
 
 # The parts of a wagon's heading that lie on one another, or reach beyond the panel.
 OVERLAPS = """() => {
