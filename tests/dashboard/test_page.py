@@ -113,6 +113,14 @@ def test_held_friction_is_shaded(depot: Depot, open_page: Open) -> None:
     until(lambda: page.evaluate(unlike) > before + 500)
 
 
+def test_lanes_of_slide_protection_leave_room_for_slip_however_many_they_are(depot: Depot, open_page: Open) -> None:
+    depot.wagon("articulated").says(estimate=SAILING, wheelsets=[{"slip": 0.10, "wsp_active": False}] * 16)
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/articulated", viewport={"width": 1280, "height": 3000})
+    until(lambda: legend(page, "Slip").get("wheelset 16") == "10.0")
+    until(lambda: pixels(page, "Slip", "wheelset-4") > 5)
+
+
 def test_recent_history_is_there_when_the_page_opens(depot: Depot, open_page: Open) -> None:
     depot.wagon("wagon-1").says(alarm={"id": "old", "cleared_time_s": 1700000002.0, "message": "It was slippery."})
     time.sleep(2.0)

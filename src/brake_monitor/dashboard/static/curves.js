@@ -3,7 +3,7 @@ import { colour, dashAcross, fillSpans, hatch, runs, top, wheelsetColour, wheels
 import { LEVELS, element } from "./words.js";
 
 const LANE = 13; // height of a WSP lane, px
-const SLIP_HEIGHT = 165; // px, with the lanes
+const SLIP_HEIGHT = 132; // px, below the lanes
 const CHART_FRAME = 36; // px, above and below
 const SLIDING_PERCENT = 5;
 
@@ -97,14 +97,12 @@ export function frictionChart(i) {
 
 export function slipChart(numbers) {
   const highest = (view) => top(all(view, "slip_percent"), 10, 10, 100) + 0.5;
+  const lanes = numbers.length * LANE + 7; // px
   return {
-    title: "Slip and wheel-slide protection", unit: "% of vehicle speed", decimals: 0, height: SLIP_HEIGHT + CHART_FRAME, ticked: (value, view) => value < highest(view),
+    title: "Slip and wheel-slide protection", unit: "% of vehicle speed", decimals: 0, height: lanes + SLIP_HEIGHT + CHART_FRAME, ticked: (value, view) => value < highest(view),
     series: perWheelset(numbers, "wheelset", (own) => own.slip_percent, { decimals: 1 }),
     // The lanes of the WSP lie above the highest slip.
-    range: (view) => {
-      const lanes = numbers.length * LANE + 7;
-      return [-2, highest(view) + ((highest(view) + 2) * lanes) / (SLIP_HEIGHT - lanes)];
-    },
+    range: (view) => [-2, highest(view) + ((highest(view) + 2) * lanes) / SLIP_HEIGHT],
     under: (u, view, theme) => dashAcross(u, SLIDING_PERCENT, theme.muted),
     over: (u, view, theme) => {
       const pen = u.ctx;
