@@ -26,7 +26,9 @@ def within(folder: str, modules: str) -> str:
 
 
 LAYERS = {
-    "words": Layer("__init__ errors nearest plural value_names arrays frame frame_block samples figure_style", ""),
+    "words": Layer(
+        "__init__ errors nearest plural digits value_names arrays frame frame_block samples figure_style", ""
+    ),
     "settings": Layer(
         within(
             "settings",

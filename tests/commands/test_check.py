@@ -128,6 +128,9 @@ SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
          ["vehicle.brake_radius_m: pads at the wheel's radius are blocks, whose friction rises as they slow down"]),
         ("wheel_radius_m = 0.445", "wheel_radius_m = 0.89",
          ["vehicle.wheel_radius_m: 0.89 m is more than railway wheels have; is it the diameter?"]),
+        (V, V + ", delay_s = 20", ["signals.speed.delay_s: 20 s is more than sensors lag; is it in milliseconds?"]),
+        (N_A, N_A + ", timeout_s = 100",
+         ["signals.axle_speed[1].timeout_s: for 100 s a value that is lost would count as good; is it in mill"]),
         ('signal = "p_B"', 'signal = "p_A"',
          ['signals.pressing_force[1] and signals.pressing_force[2] are both "p_A" of "BCU", which one cylinder']),
         ('signal = "n_B"', 'signal = "n_A"',
@@ -244,7 +247,7 @@ def too_weak(forces: str) -> str:
     [
         (CALIBRATION, []),
         ("scale = 18600.0, offset = 4650.0, min = 0.0",
-         [f"pressing_force {place} never falls below 4.65e+03 N while speed goes from 0 to 20 m/s: if its brake was "
+         [f"pressing_force {place} never falls below 4650 N while speed goes from 0 to 20 m/s: if its brake was "
           "ever released, look at its offset" for place in (1, 2)]),
         ("scale = 186.0, offset = -46.5, min = 0.0",
          ["no pressing_force goes beyond 326 N while speed goes from 0 to 20 m/s, and below estimator.contact_force_n, "
@@ -255,9 +258,9 @@ def too_weak(forces: str) -> str:
         ("scale = -18600.0, offset = 0.0, min = 0.0",
          [too_weak("0 N, would do 0")]),
         ("scale = -18600.0, offset = 4650.0, min = 0.0", [too_weak("0 N, would do 0")]),
-        ("scale = 4650.0, offset = -1162.5, min = 0.0", [too_weak("8.14e+03 N, would do 0.088")]),
+        ("scale = 4650.0, offset = -1162.5, min = 0.0", [too_weak("8140 N, would do 0.088")]),
         ("scale = 186000.0, offset = -46500.0, min = 0.0",
-         ["pressing forces of up to 3.26e+05 N would brake 36000 kg by 3.5 m/s²: look at their unit and scale, and at "
+         ["pressing forces of up to 326000 N would brake 36000 kg by 3.5 m/s²: look at their unit and scale, and at "
           "vehicle.mass_kg"]),
     ],
     ids=["right", "offset", "too small", "wrong sign", "nothing left", "upside down", "one pad", "too large"],
@@ -284,7 +287,7 @@ def test_a_brake_that_never_presses_beside_another_is_remarked(wagon: Wagon) -> 
     old = f'signal = "p_B", {CALIBRATION}'
     wagon.change(old, old.replace("scale = ", "scale = -"))
     assert wagon.remarks() == [
-        "pressing_force 2 never goes beyond 0 N while another goes up to 3.26e+04 N: if its brake is not cut out, look "
+        "pressing_force 2 never goes beyond 0 N while another goes up to 32600 N: if its brake is not cut out, look "
         "at its scale and the sign of it, and at its offset, min and max"
     ]
 
@@ -330,7 +333,7 @@ def test_a_spike_of_a_force_is_not_taken_for_what_the_brake_does(wagon: Wagon, t
     """12 bar, once, twice, and as a brake that has them would."""
     wagon.record(*BRAKING, *brakes_have(TWELVE_BAR, times, first=6), *brakes_have(TWO_BAR, first=6 + times))
     told = [line.split(" N would")[0] for line in wagon.remarks()]
-    assert told == ["pressing forces of up to 2.19e+05"] * (times > 2)
+    assert told == ["pressing forces of up to 219000"] * (times > 2)
 
 
 def test_a_loaded_wagon_is_judged_by_its_load(wagon: Wagon) -> None:

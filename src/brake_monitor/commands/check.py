@@ -13,6 +13,7 @@ from brake_monitor.bus.python_can_bus import could_disturb
 from brake_monitor.commands import options as shared
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
+from brake_monitor.digits import significant
 from brake_monitor.frame import can_id_text
 from brake_monitor.host import extras
 from brake_monitor.inspection.remarks import remarks_on_mapping
@@ -40,6 +41,8 @@ SHOWN_UNMAPPED = 10
 NAME_WIDTH = 24  # of the column of messages and signals; longer ones widen it
 TREAD = 0.05  # of its radius; worn wheels are up to that much smaller than drawn ones
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
+GREATEST_DELAY_S = 1.0  # sensors and their filters lag by tenths of a second
+GREATEST_TIMEOUT_S = 60.0  # where the wagon is after so long, and how fast, no last value tells
 
 
 def add_options(parser: ArgumentParser) -> None:
@@ -93,7 +96,7 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
         unit, qualifier = shown_unit(channel.quantity), decoder.qualifiers.get(channel.measurand)
         lines.append(
             f"{channel.name:<18}{channel.source:<{width}}"
-            f"{f'{channel.noise_std:.3g} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
+            f"{f'{significant(channel.noise_std, 3)} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
             + ("" if qualifier is None else f"  used while {qualifier}")
         )
     lines += ["", f"{'message':<{width}}frames taken for it"]
@@ -126,8 +129,22 @@ def _doubts(settings: Settings) -> Iterator[str]:
                 f"vehicle.brake_radius_m: {brake_m:g} m is more than the wheel's {wheel_m:g} m, "
                 "which only discs on geared shafts have"
             )
+    yield from _on_times(settings)
     yield from _on_blocks(settings)
     yield from _on_buses(settings)
+
+
+def _on_times(settings: Settings) -> Iterator[str]:
+    """Times that are right in milliseconds."""
+    for quantity, place, mapping in settings.signals.mapped():
+        key = f"signals.{quantity}" + ("" if place is None else f"[{place + 1}]")
+        if mapping.delay_s > GREATEST_DELAY_S:
+            yield f"{key}.delay_s: {mapping.delay_s:g} s is more than sensors lag; is it in milliseconds?"
+        if mapping.timeout_s is not None and mapping.timeout_s > GREATEST_TIMEOUT_S:
+            yield (
+                f"{key}.timeout_s: for {mapping.timeout_s:g} s a value that is lost would count as good; "
+                "is it in milliseconds?"
+            )
 
 
 def _on_blocks(settings: Settings) -> Iterator[str]:
@@ -172,7 +189,7 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
         f"{'quantity':<17}{'values':>8}{'period':>10}{'longest gap':>12}{'least':>11}{'greatest':>11}  {'unit':<6}bad",
     ]
     for line in traffic.lines(decoder):
-        span = f"{'-':>11}{'-':>11}" if line.least is None else f"{line.least:>z11.5g}{line.greatest:>z11.5g}"
+        span = "".join(f"{'-' if end is None else significant(end, 5):>11}" for end in (line.least, line.greatest))
         period = "-" if line.period_s is None else f"{line.period_s * 1000:.1f} ms"
         gap = "-" if line.longest_gap_s is None else f"{line.longest_gap_s:.3f} s"
         only = f"  there only {line.presence}" if line.presence else ""

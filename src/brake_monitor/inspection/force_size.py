@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Sequence
 
+from brake_monitor.digits import significant
 from brake_monitor.estimation.core.core import LARGEST_LOAD_RATIO
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.inspection.first_hour import FirstHour
@@ -21,8 +22,8 @@ def remarks_on_load(traffic: Traffic, settings: Settings) -> Iterator[str]:
     loaded_kg, mass_kg = _loaded_kg(traffic, settings), settings.vehicle.mass_kg
     if loaded_kg is not None and not mass_kg / LARGEST_LOAD_RATIO <= loaded_kg <= mass_kg * LARGEST_LOAD_RATIO:
         yield (
-            f"load_force adds up to {loaded_kg:.3g} kg, and is not used: beside vehicle.mass_kg, {mass_kg:g}, it is "
-            "out of all proportion; look at its unit, scale and offset"
+            f"load_force adds up to {significant(loaded_kg, 3)} kg, and is not used: beside vehicle.mass_kg, "
+            f"{mass_kg:g}, it is out of all proportion; look at its unit, scale and offset"
         )
 
 
@@ -53,13 +54,13 @@ def _on_released(speed: Found, forces: Sequence[Found], contact_n: float) -> Ite
     meanwhile = f"while speed goes from {speed.kept_least:.3g} to {speed.kept_greatest:.3g} m/s"
     if most_n < contact_n and any(force.size > 0.0 for force in forces):  # if none: `_on_weak`
         yield (
-            f"no pressing_force goes beyond {most_n:.3g} N {meanwhile}, and below estimator.contact_force_n, "
-            f"{contact_n:g} N, no pad presses: if it braked, look at unit and scale"
+            f"no pressing_force goes beyond {significant(most_n, 3)} N {meanwhile}, and below "
+            f"estimator.contact_force_n, {contact_n:g} N, no pad presses: if it braked, look at unit and scale"
         )
     for place, force in enumerate(forces, 1):
         if force.is_kept and force.kept_least >= contact_n:
             yield (
-                f"pressing_force {place} never falls below {force.kept_least:.3g} N {meanwhile}: if its "
+                f"pressing_force {place} never falls below {significant(force.kept_least, 3)} N {meanwhile}: if its "
                 "brake was ever released, look at its offset"
             )
 
@@ -73,9 +74,9 @@ def _on_idle(forces: Sequence[Found], contact_n: float) -> Iterator[str]:
     for place, own_n in most_n.items():
         if own_n < min(contact_n, IDLE * hardest_n):
             yield (
-                f"pressing_force {place} never goes beyond {own_n:.3g} N while another goes up to "
-                f"{hardest_n:.3g} N: if its brake is not cut out, look at its scale and the sign of it, and at "
-                "its offset, min and max"
+                f"pressing_force {place} never goes beyond {significant(own_n, 3)} N while another goes up to "
+                f"{significant(hardest_n, 3)} N: if its brake is not cut out, look at its scale and the sign of it, "
+                "and at its offset, min and max"
             )
 
 
@@ -84,8 +85,8 @@ def _on_strong(forces: Sequence[Found], settings: Settings, mass_kg: float) -> I
     by_brakes_mps2 = _retarding_n(greatest_n, settings) / mass_kg
     if by_brakes_mps2 > HARDEST_MPS2:
         yield (
-            f"pressing forces of up to {max(greatest_n):.3g} N would brake {mass_kg:.0f} kg by "
-            f"{by_brakes_mps2:.2g} m/s²: look at their unit and scale, and at vehicle.mass_kg"
+            f"pressing forces of up to {significant(max(greatest_n), 3)} N would brake {mass_kg:.0f} kg by "
+            f"{significant(by_brakes_mps2, 2)} m/s²: look at their unit and scale, and at vehicle.mass_kg"
         )
 
 
@@ -105,10 +106,10 @@ def _on_weak(first_hour: FirstHour, forces: Sequence[Found], settings: Settings,
     by_brakes_mps2 = _retarding_n(pressing_n, settings) / mass_kg
     if slowed_mps2 - BRAKED_MPS2 > WEAK * by_brakes_mps2:
         yield (
-            f"the vehicle slows down by up to {slowed_mps2:.2g} m/s², and the pressing forces meanwhile, up to "
-            f"{max(pressing_n):.3g} N, would do {by_brakes_mps2:.2g} m/s²: unless others did that, as a train does "
-            '(preset = "train"), look at unit, scale (of all pads together) and the sign of it, and at offset, min, '
-            "max and vehicle.mass_kg"
+            f"the vehicle slows down by up to {significant(slowed_mps2, 2)} m/s², and the pressing forces meanwhile, "
+            f"up to {significant(max(pressing_n), 3)} N, would do {significant(by_brakes_mps2, 2)} m/s²: unless others "
+            'did that, as a train does (preset = "train"), look at unit, scale (of all pads together) and the sign of '
+            "it, and at offset, min, max and vehicle.mass_kg"
         )
 
 

@@ -8,6 +8,7 @@ from math import inf, isfinite
 import msgspec
 from msgspec.structs import asdict
 
+from brake_monitor.digits import significant
 from brake_monitor.frame import can_id_text
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.wear import energy_loss_mm, pad_life
@@ -157,7 +158,7 @@ def signals(recording: Recording) -> str:
 
 
 def _short(value: float | None) -> str:
-    return "–" if value is None or not isfinite(value) else f"{value:z.5g}".replace("-", "−")
+    return "–" if value is None or not isfinite(value) else significant(value, 5).replace("-", "−")
 
 
 def frames(recording: Recording) -> str:
