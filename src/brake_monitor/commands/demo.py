@@ -100,14 +100,13 @@ def _play_to_the_end(
 
     Until the service has taken them all; False when it was told to end before.
     """
-    shift_s = time.time() - frames[0].time_s
-    shown = [frame._replace(time_s=frame.time_s + shift_s) for frame in frames]
-    mapped = _mapped(shown, pipeline.settings)
+    mapped = _mapped(frames, pipeline.settings)
     is_over, stopping = threading.Event(), threading.Event()
 
     def play_and_stop() -> None:
         with can.Bus(interface="virtual", channel=CHANNEL, preserve_timestamps=True) as bus:
-            play(shown, bus, speed)
+            shift_s = time.time() - frames[0].time_s
+            play((frame._replace(time_s=frame.time_s + shift_s) for frame in frames), bus, speed)
         while pipeline.decoder.counts.mapped < mapped:
             time.sleep(TICK_S)
         is_over.set()
