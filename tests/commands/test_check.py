@@ -92,6 +92,11 @@ def test_a_pgn_that_came_from_another_sender_than_the_id_says_is_remarked(wagon:
     assert any(told.startswith("Sander never came, but its PGN did, under 0CFF5031") for told in wagon.remarks(code=1))
 
 
+def test_a_message_that_came_without_its_signals_did_come(wagon: Wagon) -> None:
+    wagon.record("18FF5030#")
+    assert not [told for told in wagon.remarks(code=1) if "never came" in told]
+
+
 def test_a_number_of_the_other_width_is_remarked(wagon: Wagon) -> None:
     wagon.record("000001A0#00", "2A0#00", "18FF0000#00")
     (remark,) = wagon.remarks(code=1)

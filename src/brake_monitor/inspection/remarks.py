@@ -65,7 +65,7 @@ def _on_identifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
             )
         if matching.by == "id" and matching.extended and not senders:
             near = {c for extended, c in others if extended and pgn_bits(c) == pgn_bits(matching.can_id)}
-            if near:
+            if near and matching.can_id not in near:  # else it came, without what is mapped
                 yield (
                     f"{matching.message} never came, but its PGN did, under {_listed(near)}; if the bus is J1939, "
                     'say match = "pgn" in the mapping'
