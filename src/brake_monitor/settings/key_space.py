@@ -19,7 +19,7 @@ import re
 from unicodedata import is_normalized
 
 LONGEST_CHUNK = 100  # characters
-_MEANS_SOMETHING = re.compile(r"^@|[/*$?#\s]")  # wildcards, separators; @ would hide the key from every wildcard
+_MEANS_SOMETHING = re.compile(r"[/*$?#\s]")  # wildcards, separators
 
 
 def fault_of(chunk: str) -> str | None:
@@ -28,10 +28,13 @@ def fault_of(chunk: str) -> str | None:
         return "a part of the Zenoh key is empty"
     if len(chunk) > LONGEST_CHUNK:
         return f"a part of the Zenoh key has more than {LONGEST_CHUNK} characters"
-    illegal = _MEANS_SOMETHING.search(chunk)
-    found = illegal.group() if illegal else next((char for char in chunk if not char.isprintable()), None)
-    if found is not None:
-        return f"{json.dumps(found)} cannot stand in a Zenoh key (no / * $ ? # nor white space)"
+    if chunk.startswith("@"):
+        return 'a part of the Zenoh key begins with "@", which would hide it from every wildcard'
+    if illegal := _MEANS_SOMETHING.search(chunk):
+        return f"{json.dumps(illegal.group())} cannot stand in a Zenoh key (no / * $ ? # nor white space)"
+    unseen = next((char for char in chunk if not char.isprintable()), None)
+    if unseen is not None:
+        return f"{json.dumps(unseen)} is not printed, and cannot stand in a Zenoh key"
     if not is_normalized("NFC", chunk):  # it would look like what a subscriber types, and not match it
         return f"{json.dumps(chunk)} has letters in parts: expected Unicode in its composed form (NFC)"
     return None
