@@ -166,6 +166,7 @@ def test_a_bus_has_a_name_that_recordings_can_tell(tmp_path: Path, name: str, se
             "clear_margin_mm: expected that new pads of 35 mm, as in [w",
         ),
         ("[alarms.pad_at_limit]\nclear_margin_mm = 30", "clear_margin_mm: expected that new pads of 35 mm, as in [w"),
+        ("[wear]\nnew_pad_thickness_mm = 8.4", "clear it, which takes more than 8.5 mm: pad_limit_mm and the margins"),
         ("[output]\nrate_hz = 1e308", "output.rate_hz: expected a number not greater than 10000, got 1e+308"),
         ("[wear]\nambient_c = -70", "wear.ambient_c: expected a number not less than -60, got -70"),
         ("[wear]\ndisc_mass_kg = 1e-320", "wear.disc_mass_kg: expected a number not less than 0.001"),

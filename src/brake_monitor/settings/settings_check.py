@@ -148,8 +148,12 @@ def _check_margins(text: ConfigText, settings: Settings) -> None:
         ("pad_near_limit", near.margin_mm + near.clear_margin_mm),
         ("pad_at_limit", alarms.pad_at_limit.clear_margin_mm),
     ):
-        if wear.pad_limit_mm + margin_mm >= wear.new_pad_thickness_mm:
-            sentence = f"expected that new pads of {wear.new_pad_thickness_mm:g} mm, as in [wear], clear it"
+        cleared_mm = wear.pad_limit_mm + margin_mm
+        if cleared_mm >= wear.new_pad_thickness_mm:
+            sentence = (
+                f"expected that new pads of {wear.new_pad_thickness_mm:g} mm, as in [wear], clear it, "
+                f"which takes more than {cleared_mm:g} mm: pad_limit_mm and the margins"
+            )
             text.refuse(("alarms", kind, "clear_margin_mm"), sentence)
 
 
