@@ -28,6 +28,10 @@ def fault_of(chunk: str) -> str | None:
         return "a part of the Zenoh key is empty"
     if len(chunk) > LONGEST_CHUNK:
         return f"a part of the Zenoh key has more than {LONGEST_CHUNK} characters"
+    return _unfit_letter(chunk)
+
+
+def _unfit_letter(chunk: str) -> str | None:
     if chunk.startswith("@"):
         return 'a part of the Zenoh key begins with "@", which would hide it from every wildcard'
     if illegal := _MEANS_SOMETHING.search(chunk):
