@@ -6,6 +6,7 @@ from typing import Any
 
 from brake_monitor.desk.foreign_message import decoded, is_sound, kind_of
 from brake_monitor.desk.text_marks import Moment
+from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.publishing.payloads import (
     AdhesionMessage,
     AlarmMessage,
@@ -69,7 +70,13 @@ class Wagon:
         return self.level_of(moment_of(self.adhesion)) if self.adhesion else None
 
     def wheel_kmh(self, own: FrictionMessage) -> float:
-        """Circumferential speed of a wheelset; NaN where nothing tells it."""
+        """Circumferential speed of a wheelset; NaN where nothing tells it.
+
+        From slip, which knows the learned radius; near standstill, where it tells nothing, from the configured one.
+        """
+        speed_mps = self.adhesion.speed_mps if self.adhesion else None
+        if speed_mps is not None and speed_mps > SLOWEST_MPS:
+            return nan if own.slip is None else speed_mps * (1.0 - own.slip) * 3.6
         radii_m = self.meta.wheel_radius_m if self.meta else ()
         if own.omega_radps is None or own.wheelset > len(radii_m):
             return nan
