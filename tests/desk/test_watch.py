@@ -97,6 +97,20 @@ def test_wheel_speeds_are_not_made_up_where_no_radius_was_told() -> None:
     assert re.match(r"│ 2 +– ", second)
 
 
+def test_many_wheelsets_leave_room_for_alarms() -> None:
+    told = estimate(wheelsets=(wheelset(),) * 16)
+    watched = fleet(1)
+    for i in range(1, 17):
+        hear(watched, f"wagon-000/axle/{i}/friction", FrictionMessage.of(told, i, 2, 0.0))
+    hear(watched, "wagon-000/alarm/hot_disc/2", AlarmMessage.of(alarm(kind="hot_disc", wheelset=2), 1, 0.0))
+    lines = drawn(watched, height=24).splitlines()
+    assert len(lines) < 24
+    shown = len(rows_of("\n".join(lines)))
+    assert [line for line in lines if f"… and {16 - shown} more wheelsets" in line]
+    assert [line for line in lines if "hot disc wheelset 2" in line]
+    assert len(rows_of(drawn(watched, height=40))) == 16
+
+
 @pytest.mark.parametrize("wheelsets", [1, 4])
 @pytest.mark.parametrize("status", list(Status))
 def test_nothing_is_cut_off_at_80_columns(wheelsets: int, status: Status) -> None:

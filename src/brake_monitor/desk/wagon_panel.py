@@ -34,6 +34,7 @@ SLIPPING = 0.05
 SHORTEST_BAR, LONGEST_BAR = 3, 12  # characters
 ROOM_FOR_ALL = 76  # characters inside the frame
 CLEARED_SHOWN = 4  # alarms that are over, the newest
+ALARMS_BEFORE_WHEELSETS = 3  # so many alarms have a line before the last wheelsets have theirs
 
 Style = Callable[[str], str]  # how to draw what would be drawn in this style
 
@@ -71,10 +72,12 @@ def in_full(wagon: Wagon, now_s: float, width: int, height: int) -> RenderableTy
         _append_adhesion(head, wagon, wagon.adhesion, width, style)
     blocks: list[RenderableType] = [head]
     lines = len(head.plain.splitlines())
-    if wagon.friction:
-        blocks += ["", _wheelsets(wagon, width, style), ""]
-        lines += len(wagon.friction) + 3
     foot = _foot(wagon)
+    if wagon.friction:
+        least_alarms = min(len(wagon.open_alarms()), ALARMS_BEFORE_WHEELSETS)
+        table, count = _wheelsets(wagon, width, height - lines - 3 - len(foot) - least_alarms, style)
+        blocks += ["", *table, ""]
+        lines += count + 3
     blocks += foot
     return Group(*blocks, *_alarms(wagon, width, height - lines - len(foot)))
 
@@ -100,7 +103,8 @@ def _append_adhesion(text: Text, wagon: Wagon, message: AdhesionMessage, width: 
         text.append(sparkline([moment], top), style=colour)
 
 
-def _wheelsets(wagon: Wagon, width: int, style: Style) -> Table:
+def _wheelsets(wagon: Wagon, width: int, height: int, style: Style) -> tuple[list[RenderableType], int]:
+    """A line for each, as many as fit, with the number of these lines."""
     # Fixed widths: nothing moves but what changes. Bars only where all columns have room.
     bar_width = min((width - ROOM_FOR_ALL) // 2 - 1, LONGEST_BAR)
     bar_width = bar_width if bar_width >= SHORTEST_BAR else 0
@@ -111,10 +115,14 @@ def _wheelsets(wagon: Wagon, width: int, style: Style) -> Table:
     table = Table(box=None, padding=(0, 1, 0, 0), header_style="dim")
     for k in shown:
         table.add_column(columns[k].heading, justify=columns[k].justify, width=columns[k].width, no_wrap=True)
-    for i, own in sorted(wagon.friction.items()):
+    all_of_them = sorted(wagon.friction.items())
+    told = all_of_them if len(all_of_them) <= height else all_of_them[: max(height - 1, 1)]
+    for i, own in told:
         cells = _cells(own, wagon.wheel_kmh(own), wagon.wear.get(i), bar_width, style)
         table.add_row(*(cells[k] for k in shown))
-    return table
+    if more := len(all_of_them) - len(told):
+        return [table, Text(f"… and {plural(more, 'more wheelset')}", style="dim")], len(told) + 1
+    return [table], len(told)
 
 
 def _cells(
