@@ -95,6 +95,22 @@ def test_what_is_published_is_what_is_shown(depot: Depot, open_page: Open) -> No
     until(lambda: pixels(page, "Adhesion", "alarm") > 20)
 
 
+def test_the_ladder_stays_where_it_is_whatever_is_said_of_the_rail(depot: Depot, open_page: Open) -> None:
+    wagon = depot.wagon("wagon-1")
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-1")
+    places = set()
+    for change, meaning in (
+        ({"saturated": False}, "in use; the rail may give more"),
+        ({"saturated": True, "adhesion": 0.09}, "all that the rail gives: low"),
+        ({"saturated": True, "adhesion": 0.01}, "all that the rail gives: extremely low"),
+    ):
+        wagon.says(estimate=SAILING | change, wheelsets=[{}] * 2)
+        shown(page, meaning)
+        places.add(page.evaluate("document.querySelector('.ladder').getBoundingClientRect().left"))
+    assert len(places) == 1
+
+
 def test_held_friction_is_shaded(depot: Depot, open_page: Open) -> None:
     wagon = depot.wagon("wagon-1")
     depot.dashboard()
