@@ -7,7 +7,7 @@ from math import inf, isnan
 
 from brake_monitor.estimation.core.correction import ASIDE, FROZEN, NOT_ORDINARY, TAKEN, Correction
 from brake_monitor.estimation.core.prediction import Prediction
-from brake_monitor.estimation.doubts.consistency import REPEATED
+from brake_monitor.estimation.doubts.consistency import DEAD, REPEATED
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.samples import Quantity
@@ -88,8 +88,11 @@ class Core(Prediction, Correction):
             self.now.application.ends_at_once = not self.now.pressed and wheel.gate.has_jumped()
 
     def note_force(self, i: int, time_s: float) -> None:
-        """Check the pressing force, and with it a motor's, against the slip of the wheelset (`StillForce`)."""
+        """Check whether the pressing force lives, and with a motor's against the wheelset's slip (`StillForce`)."""
         wheel = self.wheels[i]
+        wheel.checks.dead.see(time_s, wheel.force.value)
+        if wheel.checks.dead.is_dead:
+            self.now.consistency.raised_s[DEAD] = time_s
         braking_n = wheel.force.value
         if self.has_torque_signal:  # slides are the motor's as well
             braking_n += abs(wheel.torque.value) / wheel.brake_radius_m

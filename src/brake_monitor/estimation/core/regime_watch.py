@@ -4,7 +4,7 @@ from math import exp, inf, log, sqrt
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.motor_watch import MotorWatch
-from brake_monitor.estimation.doubts.consistency import OUT_OF_STEP
+from brake_monitor.estimation.doubts.consistency import DEAD, OUT_OF_STEP
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.regime import STUCK_FRICTION_STD
 from brake_monitor.estimation.moment import WheelsetMoment
@@ -190,15 +190,18 @@ class RegimeWatch(MotorWatch):
         """Set which mu_b,i are observable (17): those of pads that press and whose wheel speed is measured.
 
         None is while any wheelset may bear an unknown part of what brakes the wagon: its torque is unknown, it is or
-        was lately locked, its slide protection works faster than its force is told, or forces are told out of step.
+        was lately locked, its slide protection works faster than its force is told, or forces are told out of step or
+        repeat themselves.
         """
         now, known, settled, prompt = self.now, True, True, True
         for wheel in self.wheels:
             known = known and wheel.torque_known and not self.locked_lately(wheel)
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
-        in_step = self.literal or not now.consistency.is_on(OUT_OF_STEP, now.time_s)  # (20) doubts nothing
-        may_show = not now.near_standstill and known and (settled or prompt) and in_step and self.knows_speed()
+        told = self.literal or not (  # (20) doubts nothing
+            now.consistency.is_on(OUT_OF_STEP, now.time_s) or now.consistency.is_on(DEAD, now.time_s)
+        )
+        may_show = not now.near_standstill and known and (settled or prompt) and told and self.knows_speed()
         now.any_friction_observable = False
         releases_mislead = now.application.friction_is_doubted and not (now.has_slid and self.knows_friction())
         for wheel in self.wheels:

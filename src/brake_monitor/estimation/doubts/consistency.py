@@ -7,6 +7,7 @@ raises a doubt long before the estimate's own deviation would have grown.
 from enum import StrEnum
 from math import inf, sqrt
 
+from brake_monitor.estimation.doubts.dead_force import DeadForce
 from brake_monitor.estimation.doubts.force_timing import ForceTiming
 from brake_monitor.estimation.doubts.still_force import StillForce
 from brake_monitor.estimation.doubts.still_speeds import StillSpeeds
@@ -24,8 +25,9 @@ DOUBT_S = 3.0  # how long a doubt outlasts its reason: as long as a start takes 
 TAUGHT_S = 3.0  # wheel speeds that scatter for so long have spoilt all that slides teach of friction
 TIMING_DOUBT_S = 10.0  # only changes of the force show its timing: many must have been in step to end the doubt
 
-BIASED, SCATTERED, OUT_OF_STEP, STILL, UNEXPLAINED, REPEATED = range(6)  # each `Doubt` as a number, in their order
-LASTS_S = (DOUBT_S, DOUBT_S, TIMING_DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S)
+# Each `Doubt` as a number, in their order.
+BIASED, SCATTERED, OUT_OF_STEP, STILL, UNEXPLAINED, REPEATED, DEAD = range(7)
+LASTS_S = (DOUBT_S, DOUBT_S, TIMING_DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S)
 
 
 class Doubt(StrEnum):
@@ -37,6 +39,7 @@ class Doubt(StrEnum):
     STILL = "pressing force still in a slide"
     UNEXPLAINED = "unexplained deceleration"
     REPEATED = "all speeds stand still"
+    DEAD = "pressing force repeats itself"
 
 
 class Bias:
@@ -99,6 +102,7 @@ class WheelChecks:
         self.scatter = Scatter()
         self.timing = ForceTiming()
         self.still = StillForce()
+        self.dead = DeadForce()
 
 
 class Consistency:
@@ -161,14 +165,14 @@ class Consistency:
 
         That is still part of the estimate. Wheel speeds that scattered for a moment have taught little.
         """
-        if self.is_over(OUT_OF_STEP, time_s) or self.is_over(STILL, time_s):
+        if self.is_over(OUT_OF_STEP, time_s) or self.is_over(STILL, time_s) or self.is_over(DEAD, time_s):
             return 1.0
         scattered_for_s = self.raised_s[SCATTERED] - self.scattered_from_s
         return min(scattered_for_s / TAUGHT_S, 1.0) if self.is_over(SCATTERED, time_s) else 0.0
 
     def deal_with_doubts(self, time_s: float) -> None:
         """Note that what was taught wrongly until now has been allowed for."""
-        for doubt in (SCATTERED, OUT_OF_STEP, STILL):
+        for doubt in (SCATTERED, OUT_OF_STEP, STILL, DEAD):
             if self.is_over(doubt, time_s):
                 self.raised_s[doubt] = -inf
 
