@@ -2,7 +2,18 @@
 
 import pytest
 
-from brake_monitor.estimation.doubts.consistency import DOUBT_S, LARGEST_NIS, TAUGHT_S, Consistency, WheelChecks
+from brake_monitor.estimation.doubts.consistency import (
+    DEAD,
+    DOUBT_S,
+    LARGEST_NIS,
+    LASTS_S,
+    OUT_OF_STEP,
+    REPEATED,
+    STILL,
+    TAUGHT_S,
+    Consistency,
+    WheelChecks,
+)
 
 SPACING_S = 0.02
 END_S = 40.0
@@ -29,6 +40,17 @@ def test_all_is_in_doubt_once_after_wheel_speeds_have_scattered_for_long() -> No
     ((end_s, wrong),) = ended([(10.0, 20.0)])
     assert wrong == 1.0
     assert end_s > 20.0 + DOUBT_S
+
+
+@pytest.mark.parametrize("doubt", [OUT_OF_STEP, STILL, REPEATED, DEAD])
+def test_all_is_in_doubt_once_after_readings_were_late_or_stood_still(doubt: int) -> None:
+    consistency = Consistency()
+    consistency.raised_s[doubt] = 10.0
+    end_s = 10.0 + LASTS_S[doubt]
+    assert consistency.taught_wrongly(end_s - SPACING_S) == 0.0
+    assert consistency.taught_wrongly(end_s + SPACING_S) == 1.0
+    consistency.deal_with_doubts(end_s + SPACING_S)
+    assert consistency.taught_wrongly(end_s + 2.0 * SPACING_S) == 0.0
 
 
 def test_who_scatters_for_a_moment_teaches_little() -> None:

@@ -165,14 +165,15 @@ class Consistency:
 
         That is still part of the estimate. Wheel speeds that scattered for a moment have taught little.
         """
-        if self.is_over(OUT_OF_STEP, time_s) or self.is_over(STILL, time_s) or self.is_over(DEAD, time_s):
-            return 1.0
+        for doubt in (OUT_OF_STEP, STILL, REPEATED, DEAD):
+            if self.is_over(doubt, time_s):
+                return 1.0
         scattered_for_s = self.raised_s[SCATTERED] - self.scattered_from_s
         return min(scattered_for_s / TAUGHT_S, 1.0) if self.is_over(SCATTERED, time_s) else 0.0
 
     def deal_with_doubts(self, time_s: float) -> None:
         """Note that what was taught wrongly until now has been allowed for."""
-        for doubt in (SCATTERED, OUT_OF_STEP, STILL, DEAD):
+        for doubt in (SCATTERED, OUT_OF_STEP, STILL, REPEATED, DEAD):
             if self.is_over(doubt, time_s):
                 self.raised_s[doubt] = -inf
 
