@@ -21,7 +21,7 @@ class PadContact:
         if pressed == self.pressed:
             return False
         self.pressed = pressed
-        self.has_pressed = self.has_pressed or pressed
+        self.has_pressed = True
         self._since_s = time_s
         return True
 
