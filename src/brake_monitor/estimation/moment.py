@@ -115,7 +115,6 @@ class WheelsetMoment:
         """`contact_force_n`: from which on its pads touch; `has_motor`: one whose torque is mapped."""
         self.omega_variance = omega_variance  # (rad/s)², of its readings' noise
         self.inertia_kgm2 = own.inertia_kgm2
-        self.wheel_radius_m = own.wheel_radius_m  # as configured
         self.brake_radius_m = own.brake_radius_m
         self.force = HeldInput()
         self.torque = HeldInput()
@@ -163,9 +162,15 @@ class WheelsetMoment:
         self.adhesion_before = 0.0  # mu_w,i before its last wheel speed that surprised, ...
         self.adhesion_variance_before = 0.0  # ... and how well it was known
 
+    @property
+    def wheel_radius_m(self) -> float:
+        """r_W as calibrated so far."""
+        return self.radius.radius_m
+
     def acting(self) -> Acting:
         """What a step of the filter needs to know."""
         return Acting(
+            self.wheel_radius_m,
             self.pressing_force_n,
             self.wheel_torque_nm,
             self.wheel_load_n,

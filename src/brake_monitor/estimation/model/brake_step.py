@@ -165,7 +165,8 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
     By E, mu_b changes as slide protection vents and fills the brake, but only that of wheelsets that slid lately. While
     they roll, forces change slowly and the walk of mu_b follows: the timing of either would pass for E there.
     """
-    own, wheelset, s = now.acting[i], wagon.wheelsets[i], wagon.layout
+    own, s = now.acting[i], wagon.layout
+    wheelset = wagon.wheelsets[i]._replace(wheel_radius_m=own.wheel_radius_m)
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.force_effect_observable
     weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i

@@ -29,7 +29,7 @@ class Wheelset(NamedTuple):
     """The parameters of one wheelset."""
 
     inertia_kgm2: float  # J_i
-    wheel_radius_m: float  # r_W
+    wheel_radius_m: float  # r_W, as configured
     brake_radius_m: float  # r_B
     load_share: float  # s_i: F_z,i = m g s_i at rest; they sum to 1
     load_transfer_per_m: float  # t_i: F_z,i changes by - m h v̇ t_i; they sum to 0
