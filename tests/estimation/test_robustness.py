@@ -512,16 +512,22 @@ def test_frames_twice_or_out_of_order(fault: Fault) -> None:
 
 @pytest.mark.parametrize("jump_s", [-3600.0, -0.5, 0.5, 3600.0])
 def test_the_clock_is_set_in_the_middle_of_a_slide(jump_s: float) -> None:
-    recording = drive(SLIDE)
-    frames = [frame for frame in recording.frames if frame.time_s - EPOCH_S < 18.0]
-    told = play(recording.settings, clock_set(9.0, jump_s)(frames))
-    times_s = np.array([estimate.time_s for estimate in told])
-    after = np.cumsum(np.abs(np.diff(times_s, prepend=times_s[0]) - 0.1) > 0.2) > 0
-    judged = Judged.of(recording, told, np.where(after, jump_s, 0.0))
-    judged.assert_sound()
-    judged.assert_honest()
-    assert_normal(judged.during(13.0))
-    assert judged.told[-1].reset_count <= 1
+    """Three drives: what is left of the brake application is short, and one may be harder than others."""
+    squares = []
+    for seed in range(5, 8):
+        recording = simulate(SLIDE, example_settings("wagon"), seed)
+        frames = [frame for frame in recording.frames if frame.time_s - EPOCH_S < 18.0]
+        told = play(recording.settings, clock_set(9.0, jump_s)(frames))
+        times_s = np.array([estimate.time_s for estimate in told])
+        after = np.cumsum(np.abs(np.diff(times_s, prepend=times_s[0]) - 0.1) > 0.2) > 0
+        judged = Judged.of(recording, told, np.where(after, jump_s, 0.0))
+        judged.assert_sound()
+        judged.assert_honest()
+        assert judged.told[-1].reset_count <= 1
+        settled = judged.during(13.0)
+        assert settled.statuses == {VALID}
+        squares.append(settled.rmse**2)
+    assert np.sqrt(np.mean(squares)) < NORMAL_RMSE
 
 
 @pytest.mark.parametrize("set_s", [9.0, 14.9], ids=["while a pad presses", "while an earlier doubt lasts"])
