@@ -72,7 +72,11 @@ class ForceGate:
     def has_jumped(self) -> bool:
         """Whether the last reading believed is further from the one before than air moves: one of them is wrong."""
         step_s = max(abs(self._time_s - self._before_s), LEAST_FORCE_STEP_S)
-        return self._bears_out or abs(self._value - self._before_n) > FASTEST_FALL_NPS * step_s
+        return abs(self._value - self._before_n) > FASTEST_FALL_NPS * step_s
+
+    def was_borne_out(self) -> bool:
+        """Whether the last reading believed bore out one that was held back, as air does not move so fast."""
+        return self._bears_out
 
     def _take(self, time_s: float, pressing_force_n: float) -> None:
         self._before_s, self._before_n = self._time_s, self._value
