@@ -53,8 +53,8 @@ def acting(begin_force_n: float, end_force_n: float, **other: float) -> Acting:
     nothing = Acting(*[0.0] * len(Acting._fields))
     return nothing._replace(
         pressing_force_n=0.5 * (begin_force_n + end_force_n), begin_force_n=begin_force_n, end_force_n=end_force_n,
-        wheel_radius_m=RADIUS_M, begin_load_n=LOAD_N, wheel_load_n=LOAD_N, has_equation=1.0, unsettled=1.0,
-        force_effect_observable=1.0, friction_observable=1.0, **other,
+        wheel_radius_m=RADIUS_M, brake_radius_m=BRAKE_RADIUS_M, begin_load_n=LOAD_N, wheel_load_n=LOAD_N,
+        has_equation=1.0, unsettled=1.0, force_effect_observable=1.0, friction_observable=1.0, **other,
     )  # fmt: skip
 
 

@@ -52,6 +52,7 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
         friction_observable=(vector(0.0, 1.0) > 0.5).astype(float),
         wheel_load_n=[],
         wheel_radius_m=[0.445 * draw(st.floats(0.9, 1.1)) for _ in range(n)],
+        brake_radius_m=[0.247 * draw(st.floats(0.9, 1.1)) for _ in range(n)],
     )
     return wagon, x, wagon.settled(x, u)
 

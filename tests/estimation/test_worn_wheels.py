@@ -1,12 +1,18 @@
 """A wheel that is worn, or new where a worn one is configured, is another lever of the rail against the brake."""
 
+import msgspec
 import numpy as np
 import pytest
 
 from brake_monitor.estimation.estimate import Status
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
+from brake_monitor.settings.config import EstimatorSettings
+from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Scenario
 from drives import DRY, SLIDE, Judged, drive, play
+from test_estimator import channels
 
 
 def judged(scenario: Scenario, factors: tuple[float, ...]) -> Judged:
@@ -29,3 +35,15 @@ def test_friction_is_that_of_the_pads_whatever_the_wheels_are_like(
     worn = judged(scenario, factors)
     worn.assert_honest()
     assert mean_error(worn) == pytest.approx(mean_error(judged(scenario, (1.0,))), abs=0.008)
+
+
+@pytest.mark.parametrize(("brake_m", "asks_more"), [(0.247, 1.0 / 0.93), (0.445, 1.0)], ids=["disc", "tread"])
+def test_blocks_on_the_tread_wear_with_the_wheel_and_discs_do_not(brake_m: float, asks_more: float) -> None:
+    """A block rubs where the rail does: what it asks of the rail is mu_b F, however worn the wheel is."""
+    vehicle = msgspec.structs.replace(example_settings("wagon").vehicle, brake_radius_m=(brake_m, brake_m))
+    wheel = Estimator(vehicle, EstimatorSettings(), channels(2)).core.wheels[0]
+    asked, ratio = braking_ratio(wheel, 30e3, 170e3), brake_radps2(wheel, 1.0, 1.0) / rail_radps2(wheel, 1.0, 1.0)
+    wheel.radius.radius_m = 0.93 * 0.445
+    assert braking_ratio(wheel, 30e3, 170e3) == pytest.approx(asks_more * asked)
+    assert brake_radps2(wheel, 1.0, 1.0) / rail_radps2(wheel, 1.0, 1.0) == pytest.approx(asks_more * ratio)
+    assert wheel.acting().brake_radius_m / wheel.acting().wheel_radius_m == pytest.approx(asks_more * brake_m / 0.445)

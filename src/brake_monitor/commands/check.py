@@ -14,6 +14,7 @@ from brake_monitor.commands import options as shared
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.desk.progress import with_progress
 from brake_monitor.digits import significant
+from brake_monitor.estimation.model.wheelset import is_on_tread
 from brake_monitor.frame import can_id_text
 from brake_monitor.host import extras
 from brake_monitor.inspection.remarks import remarks_on_mapping
@@ -39,7 +40,6 @@ exit code 1 when a speed, an axle speed or a pressing force has no good value in
 
 SHOWN_UNMAPPED = 10
 NAME_WIDTH = 24  # of the column of messages and signals; longer ones widen it
-TREAD = 0.05  # of its radius; worn wheels are up to that much smaller than drawn ones
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
 GREATEST_DELAY_S = 1.0  # sensors and their filters lag by tenths of a second
 GREATEST_TIMEOUT_S = 60.0  # where the wagon is after so long, and how fast, no last value tells
@@ -151,7 +151,7 @@ def _on_blocks(settings: Settings) -> Iterator[str]:
     """Blocks on the tread rub the less the faster the wheel turns: `wagon` has to know, to `train` it is too much."""
     vehicle, estimator = settings.vehicle, settings.estimator
     radii_m = zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
-    on_tread = all(abs(brake_m - wheel_m) < TREAD * wheel_m for brake_m, wheel_m in radii_m)
+    on_tread = all(is_on_tread(brake_m, wheel_m) for brake_m, wheel_m in radii_m)
     if not on_tread:
         return
     if estimator.preset == "wagon" and estimator.tuning.friction is None:

@@ -16,7 +16,7 @@ from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.held_input import HeldInput
 from brake_monitor.estimation.line_roughness import LineRoughness
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
-from brake_monitor.estimation.model.wheelset import Wheelset
+from brake_monitor.estimation.model.wheelset import Wheelset, is_on_tread
 from brake_monitor.estimation.pad_contact import PadContact
 from brake_monitor.estimation.radius_calibration import RadiusCalibration
 
@@ -115,7 +115,8 @@ class WheelsetMoment:
         """`contact_force_n`: from which on its pads touch; `has_motor`: one whose torque is mapped."""
         self.omega_variance = omega_variance  # (rad/s)², of its readings' noise
         self.inertia_kgm2 = own.inertia_kgm2
-        self.brake_radius_m = own.brake_radius_m
+        self.configured_brake_radius_m = own.brake_radius_m
+        self.on_tread = is_on_tread(own.brake_radius_m, own.wheel_radius_m)
         self.force = HeldInput()
         self.torque = HeldInput()
         self.gate = ForceGate()
@@ -167,10 +168,18 @@ class WheelsetMoment:
         """r_W as calibrated so far."""
         return self.radius.radius_m
 
+    @property
+    def brake_radius_m(self) -> float:
+        """r_B: of blocks on the tread it wears with the wheel."""
+        if self.on_tread:
+            return self.configured_brake_radius_m * (self.radius.radius_m / self.radius.configured_m)
+        return self.configured_brake_radius_m
+
     def acting(self) -> Acting:
         """What a step of the filter needs to know."""
         return Acting(
             self.wheel_radius_m,
+            self.brake_radius_m,
             self.pressing_force_n,
             self.wheel_torque_nm,
             self.wheel_load_n,

@@ -7,6 +7,7 @@ class Acting(NamedTuple):
     """Forces, flags and densities of one wheelset in a step of the filter; `WheelsetMoment` explains each field."""
 
     wheel_radius_m: float
+    brake_radius_m: float
     pressing_force_n: float
     wheel_torque_nm: float
     wheel_load_n: float

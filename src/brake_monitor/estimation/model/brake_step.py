@@ -166,7 +166,7 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
     they roll, forces change slowly and the walk of mu_b follows: the timing of either would pass for E there.
     """
     own, s = now.acting[i], wagon.layout
-    wheelset = wagon.wheelsets[i]._replace(wheel_radius_m=own.wheel_radius_m)
+    wheelset = wagon.wheelsets[i]._replace(wheel_radius_m=own.wheel_radius_m, brake_radius_m=own.brake_radius_m)
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.force_effect_observable
     weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i

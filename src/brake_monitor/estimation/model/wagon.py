@@ -58,7 +58,8 @@ class Inputs(NamedTuple):
     has_equation: Sequence[float]  # 1 where (6) holds, 0 for a locked wheelset: its contact is static
     friction_observable: Sequence[float]  # 1 where mu_b,i is observable (17), else 0: there (9) does not move it either
     wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
-    wheel_radius_m: Sequence[float]  # r_W, as calibrated so far
+    wheel_radius_m: Sequence[float]  # r_W, as calibrated so far ...
+    brake_radius_m: Sequence[float]  # ... and r_B, which on the tread wears with it
 
     @classmethod
     def of(cls, acting: Sequence[Acting], mass_kg: float, gradient: float) -> Self:
@@ -72,6 +73,7 @@ class Inputs(NamedTuple):
             friction_observable=[own.friction_observable for own in acting],
             wheel_load_n=[own.wheel_load_n for own in acting],
             wheel_radius_m=[own.wheel_radius_m for own in acting],
+            brake_radius_m=[own.brake_radius_m for own in acting],
         )
 
 
@@ -135,8 +137,9 @@ class Wagon:
         """Return inputs of a wagon that rolls freely on level track."""
         n = self.layout.wheelset_count
         load_n = self.wheel_load_n(0.0, self.mass_kg)
-        radii_m = [wheelset.wheel_radius_m for wheelset in self.wheelsets]
-        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n, radii_m)
+        wheel_m = [wheelset.wheel_radius_m for wheelset in self.wheelsets]
+        brake_m = [wheelset.brake_radius_m for wheelset in self.wheelsets]
+        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n, wheel_m, brake_m)
 
     def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
         """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d."""
@@ -219,7 +222,8 @@ class Wagon:
 
         J_i omegȧ_i = mu_w,i F_z,i r_W - mu_b,i F_perp,i r_B + (1 + K) M_W,i
         """
-        s, wheelset = self.layout, self.wheelsets[i]._replace(wheel_radius_m=u.wheel_radius_m[i])
+        s, radii_m = self.layout, (u.wheel_radius_m[i], u.brake_radius_m[i])
+        wheelset = self.wheelsets[i]._replace(wheel_radius_m=radii_m[0], brake_radius_m=radii_m[1])
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         by_rail = rail_radps2(wheelset, u.wheel_load_n[i], u.has_equation[i])
         by_brake = brake_radps2(wheelset, u.pressing_force_n[i], u.has_equation[i])

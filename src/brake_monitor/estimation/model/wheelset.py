@@ -8,6 +8,13 @@ q = F_perp r_B / (F_z r_W).
 
 from typing import NamedTuple, Protocol
 
+TREAD = 0.05  # of the wheel's radius; worn wheels are up to that much smaller than drawn ones
+
+
+def is_on_tread(brake_radius_m: float, wheel_radius_m: float) -> bool:
+    """Whether a brake is at the wheel's own radius: its blocks press on the tread, where no disc can be."""
+    return abs(brake_radius_m - wheel_radius_m) < TREAD * wheel_radius_m
+
 
 class Rotating(Protocol):
     """Whatever has the parameters of a wheelset."""
@@ -30,7 +37,7 @@ class Wheelset(NamedTuple):
 
     inertia_kgm2: float  # J_i
     wheel_radius_m: float  # r_W, as configured
-    brake_radius_m: float  # r_B
+    brake_radius_m: float  # r_B, as configured
     load_share: float  # s_i: F_z,i = m g s_i at rest; they sum to 1
     load_transfer_per_m: float  # t_i: F_z,i changes by - m h v̇ t_i; they sum to 0
 
