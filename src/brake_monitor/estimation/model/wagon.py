@@ -222,8 +222,8 @@ class Wagon:
 
         J_i omegȧ_i = mu_w,i F_z,i r_W - mu_b,i F_perp,i r_B + (1 + K) M_W,i
         """
-        s, radii_m = self.layout, (u.wheel_radius_m[i], u.brake_radius_m[i])
-        wheelset = self.wheelsets[i]._replace(wheel_radius_m=radii_m[0], brake_radius_m=radii_m[1])
+        s = self.layout
+        wheelset = self.wheelsets[i]._replace(wheel_radius_m=u.wheel_radius_m[i], brake_radius_m=u.brake_radius_m[i])
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         by_rail = rail_radps2(wheelset, u.wheel_load_n[i], u.has_equation[i])
         by_brake = brake_radps2(wheelset, u.pressing_force_n[i], u.has_equation[i])
