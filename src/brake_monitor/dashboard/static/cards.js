@@ -99,7 +99,7 @@ export class Pads extends Card {
     if (own.remaining_stops !== null) life.push(`about ${about(own.remaining_stops)} ${Math.round(own.remaining_stops) === 1 ? "stop" : "stops"}`);
     if (own.remaining_km !== null) life.push(`about ${about(own.remaining_km)} km`);
     const from = own.gauged_time_s === null ? "never measured" : `measured ${moment(own.gauged_time_s)}`;
-    const disc = own.disc_temperature_c === null ? "" : `disc about ${number(own.disc_temperature_c, 0)} °C`;
+    const disc = own.disc_temperature_c === null ? "" : `disc about ${number(own.disc_temperature_c, 0)}\u00a0°C`;
     const says = `${number(own.thickness_mm, 1)} mm thick, ${number(own.remaining_mm, 1)} mm remaining`;
     return element("div", { class: "row" },
       element("div", { class: "says" }, element("span", {}, `Wheelset ${own.wheelset}: `, element("b", {}, `${number(own.remaining_mm, 1)} mm`), " remaining"),
