@@ -136,7 +136,3 @@ def test_all_forces_that_are_gone_at_once_are_doubted_as_long_as_the_wagon_retar
     """No air goes at once; and no line that begins in that moment takes from the speed what the brakes took."""
     gone = [changed("BCU", (signal,), lambda _, __: 0.0, 9.0, 14.5) for signal in ("p_A", "p_B")]
     assert judged(LIGHT, *gone).during(9.9, 14.4).statuses == {Status.CONVERGING}
-
-
-def test_a_release_as_air_does_it_leaves_no_doubt() -> None:
-    assert judged(LIGHT).during(15.0).statuses == {Status.VALID}

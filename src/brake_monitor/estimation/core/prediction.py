@@ -114,15 +114,22 @@ class Prediction(RegimeWatch):
 
         By its walk alone it would not follow a brake that comes on.
         """
+        for i in range(self.wheelset_count):
+            wheel = self.wheels[i]
+            if not wheel.silent:
+                continue
+            most, before = self.largest_demand(), wheel.silent_adhesion
+            if most > before:
+                self.filter.widen(self.adhesion_place + i, most * most - before * before)
+                wheel.silent_adhesion = most
+
+    def largest_demand(self) -> float:
+        """The largest mu_w,i that a brake asks for which is told to press; 0 if none is."""
         most = 0.0
         for i in range(self.wheelset_count):
             if not self.wheels[i].silent:
                 most = max(most, self.adhesion_demand(i))
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
-            if wheel.silent and most > wheel.silent_adhesion:
-                self.filter.widen(self.adhesion_place + i, most * most - wheel.silent_adhesion * wheel.silent_adhesion)
-                wheel.silent_adhesion = most
+        return most
 
     def adhesion_demand(self, i: int) -> float:
         """The mu_w,i that brake and motor of wheelset i ask for if it rolls."""
