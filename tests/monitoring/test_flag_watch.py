@@ -137,6 +137,26 @@ def test_a_stuck_flag_excuses_no_brake() -> None:
     assert not any(claims[len(claims) // 2 :])
 
 
+def test_a_wheel_speed_that_is_not_believed_shows_nothing_of_its_flag() -> None:
+    """The slide protection hears of a wheelset that stands, as its sensor says, and acts."""
+    scenario = Scenario(
+        name="coasting",
+        summary="coast for 40 s",
+        initial_speed_mps=25.0,
+        duration_s=40.0,
+        demand=Profile(((0.0, 0.0),)),
+        rail_over_time=Profile(((0.0, 0.4),)),
+    )
+    settings = example_settings("wagon")
+    dead = SensorFault("axle_speed", 0, SensorFailure.STUCK, 10.0, value=0.0)
+    acts = SensorFault("wsp_active", 0, SensorFailure.STUCK, 10.0, value=1.0)
+    pipeline = Pipeline.from_settings(settings)
+    told = set()
+    for frame in simulate(scenario, settings, seed=3, modifiers=Modifiers(sensor_faults=(dead, acts))).frames:
+        told |= {(alarm.kind, alarm.evidence["inputs"]) for alarm in pipeline.step(frame).alarms}
+    assert told == {("input_implausible", "axle_speed")}
+
+
 @pytest.mark.parametrize("quality", [Quality.STALE, Quality.OUT_OF_RANGE, Quality.NOT_AVAILABLE])
 def test_a_flag_and_a_torque_that_are_not_told_any_more_are_taken_for_none(quality: Quality) -> None:
     flag = Channel(Quantity.WSP_ACTIVE, 0, "can0", "WSP", "on", 0.0, 0.0, 0.5)

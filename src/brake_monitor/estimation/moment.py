@@ -142,6 +142,7 @@ class WheelsetMoment:
         self.force_lost = True
         self.silent = False  # its force has not come on with the others', but its brake may work all the same
         self.silent_adhesion = 0.0  # ... and may have brought mu_w,i to this since the others came on
+        self.seizes = False  # what stops it is more than its brake and its motor: a bearing, or pads that stick
         self.torque_known = False  # in this step, that of its brake and of its motor
         self.axle_speed_lost = True
         self.slid_s = -inf  # when its slip was last beyond creep

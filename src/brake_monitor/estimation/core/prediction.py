@@ -3,14 +3,13 @@
 from math import exp, hypot, inf
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
-from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, RegimeWatch
+from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, UNKNOWN_ADHESION_STD, RegimeWatch
 from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
 from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.moment import SNAPSHOTS
 from brake_monitor.estimation.slide_protection import PERIOD_S
 
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
-UNKNOWN_ADHESION_STD = 0.1  # of a wheelset of unknown torque or speed: about half of what full braking asks for
 SNAPSHOT_SPACING_S = 1.5
 PAUSE_S = 1.0  # without any contact for longer, the next contact is a new brake application
 LEAST_SLOWING_MPS2 = 0.2  # with less, late forces hardly show, and in minutes L takes up what the model leaves out

@@ -10,6 +10,9 @@ from brake_monitor.estimation.model.regime import STUCK_FRICTION_STD
 from brake_monitor.estimation.moment import WheelsetMoment
 
 UNSETTLED_S = 2.0  # after a slide
+UNKNOWN_ADHESION_STD = 0.1  # of a wheelset of unknown torque or speed: about half of what full braking asks for
+SEIZING_ADHESION = 0.02  # below 0, of a wheelset that slides: pressing forces may come late ...
+SEIZING_SIGMAS = 4.0  # ... and the estimate may be off
 RELEASING = 0.8  # of the largest force lately: while it falls, its timing counts for more than a friction in doubt
 QUICK_SIGMAS = 4.0  # of v, that are no slip yet: v is looked at hundreds of times in a braking
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
@@ -71,7 +74,8 @@ class RegimeWatch(MotorWatch):
                 most_n = max(most_n, wheel.force.value)
         for wheel in self.wheels:
             wheel.silent = is_early and most_n >= PRESSES_N and not (wheel.contact.has_pressed or wheel.contact.is_idle)
-            wheel.torque_known = wheel.motor_torque_known and not (wheel.force_lost or wheel.silent)
+            is_told = not (wheel.force_lost or wheel.silent or wheel.seizes)
+            wheel.torque_known = wheel.motor_torque_known and is_told
             if not wheel.silent:
                 wheel.silent_adhesion = 0.0
 
@@ -92,6 +96,7 @@ class RegimeWatch(MotorWatch):
         q, now, wheel, time_s = self.densities, self.now, self.wheels[i], self.now.time_s
         if quick:
             wheel.slid_s = time_s
+        known = not self.see_seizing(i, slip, quick) and known
         turns = slip < 1.0 - LOCKED_FRACTION
         settled = not time_s - wheel.slid_s < UNSETTLED_S
         wheel.turns = turns
@@ -109,6 +114,23 @@ class RegimeWatch(MotorWatch):
         self.see_lock(i)
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
+
+    def see_seizing(self, i: int, slip: float, quick: bool) -> bool:
+        """Note whether a wheelset is stopped by more than is told of: it slides as if the rail did that.
+
+        A rail turns what slides. From then on its torque is unknown, and with it mu_w,i, until it rolls.
+        """
+        wheel, place = self.wheels[i], self.adhesion_place + i
+        if self.literal or wheel.seizes:
+            wheel.seizes = wheel.seizes and quick
+        elif slip > SLIDING_SLIP and wheel.torque_known and not wheel.axle_speed_lost:
+            std = sqrt(self.filter.covariance[place][place])
+            wheel.seizes = self.filter.x[place] < -max(SEIZING_ADHESION, SEIZING_SIGMAS * std)
+            if wheel.seizes:
+                wheel.torque_known = False
+                self.filter.forget(place, 0.0, UNKNOWN_ADHESION_STD)
+        seizes: bool = wheel.seizes
+        return seizes
 
     def see_lock(self, i: int) -> None:
         """Note whether a wheelset is locked, and let its friction walk while its pads are, or were lately, stuck.
@@ -226,6 +248,8 @@ class RegimeWatch(MotorWatch):
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
             if now.time_s - now.application.began_s < PULL_ENDS_S:
                 density += now.application.pull_variance / PULL_CUT_S
+        if self.any_seizes():  # a coupler takes that up at once
+            density = max(density, q.deceleration_sliding)
         if density > 0.0 and self.any_locked():
             density += LOCKED_LINE_DENSITY * self.speed_mps()
             if self.is_speed_doubtful():
@@ -248,6 +272,13 @@ class RegimeWatch(MotorWatch):
         for wheel in self.wheels:
             any_locked = any_locked or not wheel.turns
         return any_locked
+
+    def any_seizes(self) -> bool:
+        """Whether a wheelset is stopped by more than is told of."""
+        any_seizes = False
+        for wheel in self.wheels:
+            any_seizes = any_seizes or wheel.seizes
+        return any_seizes
 
     def doubt_locked_adhesion(self) -> None:
         """Let mu_w of locked wheelsets change quickly."""

@@ -129,7 +129,12 @@ class InputJudge:
         if dead:
             forces = tuple([ForceState.CONTRADICTED if i in dead else state for i, state in enumerate(forces)])
         frozen = self._frozen_forces(estimate, arriving, wheels, forces)
-        stuck = self._flags.judge(estimate, self._braked)
+        rolls = self._braked
+        if is_contradicted:  # what its speed says shows nothing of its flag
+            rolls = [
+                is_told and state is not WheelState.CONTRADICTED for is_told, state in zip(rolls, wheels, strict=True)
+            ]
+        stuck = self._flags.judge(estimate, rolls)
         is_contradicted |= self._wheels.speed_is_contradicted or self._scatter.speed_scatters
         is_contradicted |= ForceState.CONTRADICTED in forces
         repeats = Doubt.REPEATED in estimate.reasons
