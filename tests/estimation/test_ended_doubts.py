@@ -9,6 +9,7 @@ from brake_monitor.estimation.doubts.consistency import (
     LASTS_S,
     OUT_OF_STEP,
     REPEATED,
+    SEIZES,
     STILL,
     TAUGHT_S,
     Consistency,
@@ -42,7 +43,7 @@ def test_all_is_in_doubt_once_after_wheel_speeds_have_scattered_for_long() -> No
     assert end_s > 20.0 + DOUBT_S
 
 
-@pytest.mark.parametrize("doubt", [OUT_OF_STEP, STILL, REPEATED, DEAD])
+@pytest.mark.parametrize("doubt", [OUT_OF_STEP, STILL, REPEATED, DEAD, SEIZES])
 def test_all_is_in_doubt_once_after_readings_were_late_or_stood_still(doubt: int) -> None:
     consistency = Consistency()
     consistency.raised_s[doubt] = 10.0

@@ -4,7 +4,7 @@ from math import exp, inf, log, sqrt
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.motor_watch import MotorWatch
-from brake_monitor.estimation.doubts.consistency import DEAD, OUT_OF_STEP
+from brake_monitor.estimation.doubts.consistency import DEAD, OUT_OF_STEP, SEIZES
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.regime import STUCK_FRICTION_STD
 from brake_monitor.estimation.moment import WheelsetMoment
@@ -129,6 +129,8 @@ class RegimeWatch(MotorWatch):
             if wheel.seizes:
                 wheel.torque_known = False
                 self.filter.forget(place, 0.0, UNKNOWN_ADHESION_STD)
+        if wheel.seizes:
+            self.now.consistency.raised_s[SEIZES] = self.now.time_s
         seizes: bool = wheel.seizes
         return seizes
 

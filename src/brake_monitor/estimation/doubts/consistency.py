@@ -26,8 +26,8 @@ TAUGHT_S = 3.0  # wheel speeds that scatter for so long have spoilt all that sli
 TIMING_DOUBT_S = 10.0  # only changes of the force show its timing: many must have been in step to end the doubt
 
 # Each `Doubt` as a number, in their order.
-BIASED, SCATTERED, OUT_OF_STEP, STILL, UNEXPLAINED, REPEATED, DEAD = range(7)
-LASTS_S = (DOUBT_S, DOUBT_S, TIMING_DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S)
+BIASED, SCATTERED, OUT_OF_STEP, STILL, UNEXPLAINED, REPEATED, DEAD, SEIZES = range(8)
+LASTS_S = (DOUBT_S, DOUBT_S, TIMING_DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S, DOUBT_S)
 
 
 class Doubt(StrEnum):
@@ -40,6 +40,7 @@ class Doubt(StrEnum):
     UNEXPLAINED = "unexplained deceleration"
     REPEATED = "all speeds stand still"
     DEAD = "pressing force repeats itself"
+    SEIZES = "a wheelset seizes"
 
 
 class Bias:
@@ -165,7 +166,7 @@ class Consistency:
 
         That is still part of the estimate. Wheel speeds that scattered for a moment have taught little.
         """
-        for doubt in (OUT_OF_STEP, STILL, REPEATED, DEAD):
+        for doubt in (OUT_OF_STEP, STILL, REPEATED, DEAD, SEIZES):
             if self.is_over(doubt, time_s):
                 return 1.0
         scattered_for_s = self.raised_s[SCATTERED] - self.scattered_from_s
@@ -173,7 +174,7 @@ class Consistency:
 
     def deal_with_doubts(self, time_s: float) -> None:
         """Note that what was taught wrongly until now has been allowed for."""
-        for doubt in (SCATTERED, OUT_OF_STEP, STILL, REPEATED, DEAD):
+        for doubt in (SCATTERED, OUT_OF_STEP, STILL, REPEATED, DEAD, SEIZES):
             if self.is_over(doubt, time_s):
                 self.raised_s[doubt] = -inf
 
