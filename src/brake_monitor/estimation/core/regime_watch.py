@@ -250,7 +250,7 @@ class RegimeWatch(MotorWatch):
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
             if now.time_s - now.application.began_s < PULL_ENDS_S:
                 density += now.application.pull_variance / PULL_CUT_S
-        if self.any_seizes():  # a coupler takes that up at once
+        if not now.all_roll and self.any_seizes():  # a coupler takes that up at once
             density = max(density, q.deceleration_sliding)
         if density > 0.0 and self.any_locked():
             density += LOCKED_LINE_DENSITY * self.speed_mps()
