@@ -237,3 +237,52 @@ def test_a_vehicle_speed_that_leaves_all_wheelsets_behind_is_contradicted_and_no
             found += [state for state in watch.judge(now, [True, True]) if state is WheelState.CONTRADICTED]
     assert watch.speed_is_contradicted
     assert len(found) <= 1  # as long as it takes to look at the other one
+
+
+def states_of_a_locked_wheelset_that_turns_again(*, slid_before: bool) -> set[WheelState]:
+    """No brake says that it holds it. Within 20 s it finds back to rolling beside the other wheelset."""
+    wagon, speed_mps, found = vehicle("wagon"), 20.0, set()
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(4500):
+        time_s = k / 100
+        braked = slid_before and 3.0 <= time_s < 7.0
+        slip = max(0.3 - 0.15 * (time_s - 4.0), 0.0) if braked and time_s > 4.0 else 0.0
+        if time_s >= 20.0:
+            slip = 1.0 if time_s < 24.0 else max(0.75 - 0.75 / 20.0 * (time_s - 24.0), 0.0)
+        force_n, omegas_radps = 20e3 * braked, (speed_mps * (1.0 - slip) / radius_m, speed_mps / radius_m)
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i, omega_radps in enumerate(omegas_radps):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, force_n, Quality.GOOD))
+        if k % 10 == 0:
+            own = tuple(
+                wheelset(slip=own_slip, omega_radps=omega_radps, pressing_force_n=force_n)
+                for own_slip, omega_radps in zip((slip, 0.0), omegas_radps, strict=True)
+            )
+            now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=False, wheelsets=own)
+            state, _ = watch.judge(now, [True, True])
+            found |= {state} if time_s > 24.1 else set()
+    return found
+
+
+@pytest.mark.parametrize("slid_before", [False, True], ids=["", "after a slide"])
+def test_a_wheelset_that_was_locked_may_take_long_to_roll_again(slid_before: bool) -> None:
+    assert states_of_a_locked_wheelset_that_turns_again(slid_before=slid_before) == {WheelState.ROLLING}
+
+
+def test_a_vehicle_speed_that_is_wrong_again_is_believed_as_late_as_the_first_time() -> None:
+    wagon = vehicle("wagon")
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    doubted_s = {5.0: 0.0, 25.0: 0.0}  # for how long, by when it became wrong
+    for k in range(4000):
+        time_s = k / 100
+        is_wrong = any(0.0 <= time_s - wrong_s < 0.55 for wrong_s in doubted_s)
+        show(watch, Sample(time_s, Quantity.SPEED, 0, 30.0 if is_wrong else 20.0, Quality.GOOD))
+        for i in range(2):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, 20.0 / radius_m, Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 0.0, Quality.GOOD))
+        if k % 10 == 0:
+            own = wheelset(slip=0.0, omega_radps=20.0 / radius_m, pressing_force_n=0.0)
+            watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=(own, own)), [True, True])
+            doubted_s[5.0 if time_s < 20.0 else 25.0] += 0.1 * watch.speed_is_contradicted
+    assert doubted_s[25.0] == pytest.approx(doubted_s[5.0]) == pytest.approx(3.1)

@@ -156,7 +156,7 @@ class WatchedWheelset:
         """Whether its readings say that it turns as nothing can make it turn; once it is said, until it rolls."""
         slip = 1.0 - self.rolling_mps / max(speed_mps, WATCHED_FROM_MPS)
         if abs(slip) < UNSEEN_SLIP:
-            self.is_odd, self._odd_since_s, self._off_since_s = False, inf, inf
+            self.is_odd, self._odd_since_s, self._off_since_s, self._off_slip = False, inf, inf, inf
             return
         driven = abs(time_s - self.holding.driven_s) < RELEASED_S  # a delay_s makes the estimate's time the earlier one
         off = speed_mps > ODD_FROM_MPS and not (driven if slip < 0.0 else demanded)

@@ -160,7 +160,8 @@ class WheelWatch:
         agrees = any(abs(own - speed_mps) < SPEED_AGREES * own for own in rolling if own > WATCHED_FROM_MPS)
         self._agrees_since_s = min(self._agrees_since_s, time_s) if agrees else inf
         if time_s - self._agrees_since_s >= SPEED_AGREES_S:
-            self.speed_is_contradicted, self.speed.jumped, self._doubt_since_s = False, False, inf
+            self.speed_is_contradicted, self.speed.jumped = False, False
+            self._doubt_since_s = self._agrees_since_s = inf
 
     def _cut_out(self, now: Estimate, measured: Sequence[bool]) -> bool:
         """Whether the sensors have cut out in a stop; of that one that falls first is not believed before the next."""
