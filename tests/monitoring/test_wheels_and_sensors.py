@@ -261,6 +261,12 @@ def test_a_sensor_fault_is_told_as_such_and_as_nothing_else(fault: Fault, due: s
     assert set(found) == {(f"input_{kind}", wheelset) for kind, wheelset in due}
 
 
+def test_a_tunnel_beside_a_dead_wheel_speed_is_survived() -> None:
+    """No slip is told while the vehicle speed is lost; a wheelset that seems to stand yet does not roll freely."""
+    dies, tunnel = signal_changed("wheel speed", lambda *_: 0.0, 0.0, inf), lost("GNSS", 3.0, 11.0)
+    assert set(alarms(tunnel(dies(recording(DRY).frames)))) == {("input_implausible", 1), ("input_lost", None)}
+
+
 @pytest.mark.parametrize(("scenario", "cut_out_kmh"), [*product((STANDING, GENTLE, HARD), (5.5, 9.0)), (PULLED, 7.0)])
 def test_wheel_speed_sensors_that_cut_out_at_a_crawl_tell_nothing_of_the_rail(
     scenario: Scenario, cut_out_kmh: float

@@ -11,6 +11,7 @@ from math import exp, hypot, inf, sqrt
 
 from msgspec import Struct
 
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 
 MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
@@ -61,7 +62,8 @@ class SpeedRatios:
         if is_driven or self.driven_s > now.time_s:
             self.driven_s = now.time_s
         is_braked = max(now.forces_n) >= self._free_force_n
-        self.is_free = not (is_braked or is_driven or now.saturated or step_s < 0.0)
+        slides = now.saturated or max([own.slip for own in now.wheelsets]) > SLIDING_SLIP  # that of a lost speed, too
+        self.is_free = not (is_braked or is_driven or slides or step_s < 0.0)
         if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_GAP_S:
             self.now, self.noise_s, self.lately, self.lately_s = [], [], [], 0.0
             return
