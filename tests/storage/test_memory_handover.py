@@ -2,6 +2,7 @@
 
 from pathlib import Path
 
+from brake_monitor.processing.remembered import Remembered
 from brake_monitor.storage.memory_directory import MemoryDirectory
 from brake_monitor.storage.memory_handover import MemoryHandover
 from brake_monitor.storage.store_batch import Batch
@@ -36,3 +37,12 @@ def test_nobody_else_may_look_into_the_memory(tmp_path: Path) -> None:
     assert (place / "lock").stat().st_mode & 0o077 == 0
     directory.lock()  # it is there already
     directory.unlock()
+
+
+def test_what_was_found_is_given_once_also_while_the_pipeline_is_about_to_go_on_with_it() -> None:
+    """Its wear would count twice."""
+    handover = MemoryHandover()
+    assert handover.offer(Remembered())
+    handover.take_news()
+    assert not handover.offer(Remembered())
+    assert not handover.has_news

@@ -28,6 +28,7 @@ class MemoryHandover:
         self._batch = Batch()
         self._evidence: deque[Evidence] = deque()
         self._found: Remembered | None = None  # on the disk, for the pipeline to go on with
+        self._was_offered = False  # ... which it does once: what it has taken up twice counts twice
         self._gauges: list[MarkedGauge] = []  # for the pipeline to apply
         self.awaits_resume = True  # the pipeline has not taken up yet what was kept
         self.closing = False  # nothing more will come
@@ -87,11 +88,11 @@ class MemoryHandover:
         return bool(self._evidence) or (bool(self._batch) and not self.awaits_resume)
 
     def offer(self, found: Remembered) -> bool:
-        """Give what was found on the disk to the pipeline, unless it goes on already or has something to go on with."""
-        if not self.awaits_resume or self._found is not None:
+        """Give what was found on the disk to the pipeline, unless it was given something before."""
+        if self._was_offered:
             return False
         with self._changed:
-            self._found = found
+            self._found, self._was_offered = found, True
         return True
 
     def add_gauges(self, new: Sequence[MarkedGauge]) -> None:
