@@ -30,6 +30,17 @@ def test_what_was_never_beyond_doubt_does_not_latch(doubts: tuple[bool, ...]) ->
     assert (cycle.open is not None) is any(doubts)
 
 
+@pytest.mark.parametrize(("is_all", "told_n"), [(False, 9e3), (True, 2e3)], ids=["the gravest", "all that is"])
+def test_what_is_less_grave_takes_the_place_of_the_graver_only_where_it_is_all_there_is(
+    is_all: bool, told_n: float
+) -> None:
+    cycle = AlarmCycle("dragging_brake", 1, RuleSettings(debounce_s=0.0))
+    cycle.see(at(0), Finding(Severity.ALARM, "It drags.", {"force_n": 9e3}))
+    cycle.see(at(20), Finding(Severity.WARNING, "It drags a little.", {"force_n": 2e3}, is_all=is_all))
+    assert cycle.open is not None
+    assert (cycle.open.severity, cycle.open.evidence) == (Severity.ALARM, {"force_n": told_n})
+
+
 @pytest.mark.parametrize("by_s", [3600.0, -3600.0])
 def test_a_clock_that_is_set_is_no_time_that_passes(by_s: float) -> None:
     """Debounced for 3 s, of which one has passed, and later cleared after 2 s, of which one has."""

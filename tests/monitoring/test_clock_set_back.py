@@ -154,6 +154,16 @@ def test_a_slide_before_does_not_make_a_slide_of_a_speed_that_lags() -> None:
     assert states == {WheelState.ROLLING}
 
 
+def test_a_wheel_speed_that_is_wrong_is_told_though_the_brake_was_on_ten_minutes_ahead() -> None:
+    wheels, states = Wheels(), (WheelState.UNKNOWN,)
+    for true_s, time_s in clock(set_back_at_s=15.0):
+        if true_s > 25.0:
+            break
+        braked = 5.0 <= true_s < 15.0
+        states = wheels.told(time_s, (0.7 if true_s >= 20.0 else 1.0, 1.0), pressing_n=FULL_N * braked)
+    assert states[0] is WheelState.CONTRADICTED
+
+
 def test_the_force_that_was_lately_is_no_larger() -> None:
     before, after = HeldInput(), HeldInput()
     for k in range(100):

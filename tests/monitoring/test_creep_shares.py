@@ -99,6 +99,11 @@ def test_a_wheelset_that_ran_ahead_in_between_shows_how_much_curves_do(between: 
     assert (frictions(*stops) != [0.34] * 4) is is_told
 
 
+def test_a_wheelset_that_runs_ahead_shows_a_curve_and_no_share() -> None:
+    assert frictions(stop((0.4, 1.2, 1.2, 1.2), 0.28)) != [0.28] * 4
+    assert frictions(stop((-0.4, 1.4, 1.5, 1.5), 0.28)) == [0.28] * 4
+
+
 def test_where_curves_scatter_more_stops_tell_of_a_weak_brake() -> None:
     """It does half of what the others do, each time give or take a fifth."""
     own = [0.5 + 0.2 * (-1) ** k for k in range(13)]

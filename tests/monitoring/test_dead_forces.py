@@ -39,6 +39,11 @@ def test_one_that_presses_again_lives() -> None:
     assert (now, later) == (set(), set())
 
 
+def test_one_that_presses_again_in_the_same_application_has_not_died() -> None:
+    *_, now = watched(*DIED, (15.0, SOUND, []), (20.0, RELEASED, []), (30.0, ONE_SAYS_0, []))
+    assert now == set()
+
+
 def test_a_wire_that_touches_another_for_a_moment_has_not_died() -> None:
     moments = ((10.0, SOUND, [0]), (10.0 + 0.5 * DIED_S, SOUND, [0]), (12.0, RELEASED, []), (30.0, ONE_SAYS_0, []))
     assert watched(*moments)[-1] == set()

@@ -91,6 +91,13 @@ def test_a_flag_is_believed_while_there_may_be_something_to_protect(course: Cour
     assert first(judged(watched, course, until_s)) is None
 
 
+def test_rolling_between_slides_does_not_add_up() -> None:
+    watched = watch()
+    show(watched, said(1.0))
+    course: Course = lambda t: (wheelset(slip=0.12 * (t % 7.0 < 1.0), pressing_force_n=0.0), ROLLS)  # noqa: E731
+    assert all(0 not in places for _, places in judged(watched, course, 120.0))
+
+
 def test_no_protection_leaves_slip_and_force_alone_for_a_minute() -> None:
     watched = watch()
     show(watched, said(1.0))

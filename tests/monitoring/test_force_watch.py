@@ -307,3 +307,22 @@ def test_a_brake_that_has_not_come_on_with_the_other_may_press_though_wheelsets_
     assert may_press_unseen[BRAKE_S + 2.0] is not has_come_on
     assert not may_press_unseen[BRAKE_S - 1.0]
     assert not may_press_unseen[RELEASE_S - 1.0]
+
+
+def test_a_brake_that_is_released_while_the_other_takes_over_has_no_dead_sensor() -> None:
+    """The wagon does not notice, and that is right."""
+    forces: Forces = lambda t: (braked(t), braked(t) if t < RELEASE_S else 2.0 * FULL_N)  # noqa: E731
+    found = judged(forces, forces, vehicle(), creeps=False)
+    assert since_s(found, 0, CONTRADICTED) is since_s(found, 1, CONTRADICTED) is None
+
+
+def test_a_brake_that_came_on_in_the_application_before_may_press_unseen_in_this_one() -> None:
+    watch = watch_of(vehicle())
+    for k in range(520):
+        time_s = k / 10
+        again = time_s >= 50.0
+        forces_n = (braked(time_s), FULL_N if again else braked(time_s))
+        wheelsets = tuple(wheelset(pressing_force_n=force_n) for force_n in forces_n)
+        now = estimate(time_s=time_s, speed_mps=20.0, saturated=again, wheelsets=wheelsets)
+        watch.judge(now, [True, True], speeds_are_good=True)
+    assert watch.may_press_unseen

@@ -66,6 +66,34 @@ def test_a_gradient_that_ends_is_given_up() -> None:
     assert min(drag.retarding_force_n for drag in found(brakes_from_s=0.0, eases_from_s=15.0)) > 0.65 * DRAG_N
 
 
+@pytest.mark.parametrize(
+    ("creeps_n", "creeps_from_s", "is_found"),
+    [
+        (DRAG_N, 0.0, True),
+        (3.0 * DRAG_N, 0.0, False),  # a narrow curve: no brake makes a wheelset creep more than it retards
+        (0.4 * DRAG_N, 0.0, False),  # a steep gradient
+        (DRAG_N, 14.0, False),  # the curve begins later
+    ],
+)
+def test_a_gradient_and_a_curve_that_do_not_fit_together_are_no_drag(
+    creeps_n: float, creeps_from_s: float, is_found: bool
+) -> None:
+    """The wagon is retarded by DRAG_N from the release on, and one wheelset creeps as under `creeps_n`."""
+    search, drags = HiddenDragSearch(CONTACT_N, LEAST_N), list[HiddenDrag]()
+    for k in range(round(END_S * 10)):
+        time_s = k / 10
+        if time_s < BRAKED_S:
+            now = rolling(time_s)
+        elif time_s < RELEASED_S:
+            now = rolling(time_s, pressing_n=(FULL_N, FULL_N), rail_n=(8e3, 8e3))
+        else:
+            own_n = creeps_n * (time_s >= RELEASED_S + creeps_from_s)
+            now = rolling(time_s, rail_n=(own_n, 0.0), more_mps2=DRAG_N / MASS_KG)
+        if drag := search.see(now, inputs_are_good=True):
+            drags.append(drag)
+    assert bool(drags) == is_found
+
+
 def test_of_a_single_wheelset_nothing_can_be_told() -> None:
     """There is no other that it could be compared with."""
     search = HiddenDragSearch(CONTACT_N, LEAST_N)

@@ -114,3 +114,21 @@ def test_one_that_never_came_is_told_of_as_such() -> None:
     (raised,) = wagon.told(GOOD, LOST, 5.0)
     assert raised.message == "Nothing has arrived yet of the latitude (GNSS.lat)."
     assert raised.severity is Severity.INFO
+
+
+def test_that_a_signal_was_lost_earlier_does_not_blame_it_for_a_slow_bus_that_falls_silent() -> None:
+    rule = InputLost(AlarmSettings().input_lost, 1)
+    verdicts = []
+    for time_s, condition, silent_s in ((10.0, LOST, 0.0), (20.0, GOOD, 0.0), (31.0, LOST, 1.1), (32.0, LOST, 2.1)):
+        inputs = (report(Quantity.SPEED, 0, "GNSS.v", condition, bus=BUS.name),)
+        buses = (BusReport(BUS.name, silent_s, 0, False, 3.0),)
+        verdicts.append(rule.judge(observation(estimate(time_s=time_s), inputs, buses))[0])
+    assert verdicts[2:] == [UNKNOWN, UNKNOWN]
+
+
+def test_a_signal_that_has_been_good_since_is_known_to_be_cured_though_it_is_lost_now() -> None:
+    wagon = Wagon()
+    (raised,) = wagon.told(OUT_OF_RANGE, GOOD, 5.0)
+    wagon.told(GOOD, GOOD, 0.5)
+    wagon.told(LOST, GOOD, 20.0)
+    assert raised.id not in {alarm.id for alarm in wagon.monitor.open_alarms()}

@@ -85,6 +85,19 @@ def test_a_clock_that_is_set_back_in_an_event_makes_it_no_graver() -> None:
     assert told[-1].evidence["ended_time_s"] == pytest.approx(19.7)
 
 
+def test_a_clock_that_is_set_back_by_a_minute_does_not_keep_an_event_open_for_as_long() -> None:
+    after = [replace(e, time_s=e.time_s - 60.0) for e in stretch(103.0, 110.0, 0.02, saturated=False)]
+    raised, cleared = play(stretch(100.0, 103.0, 0.06) + after)
+    assert cleared.id == raised.id
+    assert cleared.cleared_time_s == pytest.approx(103.0 - 60.0 + LowAdhesionRule().merge_gap_s, abs=1.5)
+
+
+def test_what_estimates_in_doubt_told_of_the_rail_is_no_part_of_its_median() -> None:
+    doubted, valid = stretch(10.0, 13.0, 0.01, status=Status.CONVERGING), stretch(13.0, 15.0, 0.06)
+    told = play(doubted + valid + stretch(15.0, 20.0, 0.15))
+    assert told[-1].evidence["median_adhesion"] == pytest.approx(0.06)
+
+
 def unsure(estimates: list[Estimate], adhesion_std: float) -> list[Estimate]:
     return [replace(e, wheelsets=(replace(e.wheelsets[0], adhesion_std=adhesion_std),)) for e in estimates]
 

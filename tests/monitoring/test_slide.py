@@ -99,6 +99,17 @@ def test_a_slide_that_was_too_short_to_be_told_is_no_part_of_a_later_one() -> No
     assert rule.closing_evidence(0)["sliding_distance_m"] == pytest.approx(30.0, rel=0.05)
 
 
+def test_an_act_of_slide_protection_just_before_the_slide_shows_is_one_of_it() -> None:
+    """A good one lets the brake go before the wheelset slips by much."""
+    rule, seen = Slide(SlideRule(), 1), []
+    for k in range(100):
+        slides, acts = 30 <= k < 60, (k >= 5) + (k >= 25) + (k >= 45)  # the first one is of something else
+        own = wheelset(slip=0.3 * slides, work=WheelsetWork(wsp_actions=acts))
+        state = WheelState.SLIDING if slides else WheelState.ROLLING
+        seen += rule.judge(observation(estimate(time_s=k / 10, speed_mps=20.0, wheelsets=(own,)), wheels=(state,)))
+    assert max(v.evidence["wsp_actions"] for v in seen if isinstance(v, Finding)) == 2
+
+
 LEAVES = Scenario(
     name="full brake on leaves",
     summary="coast, full brake from 8 s on a rail that is slippery from then until 24 s, released at 26 s",

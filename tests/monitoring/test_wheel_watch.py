@@ -194,6 +194,46 @@ def test_a_vehicle_speed_that_comes_back_beside_sensors_that_have_cut_out_locks_
     assert found.isdisjoint({WheelState.STOPPED, WheelState.CONTRADICTED, WheelState.SLIDING})
 
 
+def test_a_wheel_speed_that_dies_as_the_brakes_come_on_is_a_sensor() -> None:
+    """It is they that retard the wagon more than before."""
+    wagon, speed_mps, states = vehicle("wagon"), 25.0, set()
+    watch, radius_m, died_s = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0], 6.0
+    for k in range(900):
+        time_s = k / 100
+        force_n = 1e3 + 40e3 * min(max(time_s - died_s, 0.0), 0.5)
+        speed_mps -= 0.01 * (0.02 + 0.8 * force_n / 20e3)
+        said_radps = (0.0 if time_s >= died_s else speed_mps / radius_m, speed_mps / radius_m)
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i in range(2):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, said_radps[i], Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, force_n, Quality.GOOD))
+        if k % 10 == 0:
+            seen = tuple(wheelset(slip=0.0, omega_radps=said, pressing_force_n=force_n) for said in said_radps)
+            state, _ = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen), [True, True])
+            states |= {state} if time_s > died_s + 0.1 else set()
+    assert states == {WheelState.DOUBTFUL, WheelState.CONTRADICTED}
+
+
+def test_a_sensor_that_cuts_out_before_the_other_under_a_hard_brake_stops_no_wheelset() -> None:
+    """The brake might have, as quickly as readings come; but the other sensor cuts out within a second."""
+    wagon, speed_mps, found = vehicle("wagon"), 6.0, set()
+    watch, radius_m, cuts_out_mps = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0], (2.8, 2.2)
+    for k in range(1000):
+        time_s = k / 100
+        speed_mps = max(speed_mps - 0.01 * 0.8, 0.0)
+        omegas_radps = [speed_mps / radius_m if speed_mps > own_mps else 0.0 for own_mps in cuts_out_mps]
+        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i in range(2):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omegas_radps[i], Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 90e3, Quality.GOOD))
+        if k % 10 == 0:
+            own = tuple(
+                wheelset(slip=float(omega == 0.0), omega_radps=omega, pressing_force_n=90e3) for omega in omegas_radps
+            )
+            found |= set(watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=own), [True, True]))
+    assert found <= {WheelState.ROLLING, WheelState.DOUBTFUL}
+
+
 @pytest.mark.parametrize("cut_out_mps", [2.2, 2.8])
 def test_wheel_speed_sensors_that_begin_late_as_the_wagon_departs_contradict_nobody(cut_out_mps: float) -> None:
     wagon, found = vehicle("wagon"), set()
