@@ -315,7 +315,7 @@ class TestUnevenBraking:
         assert verdicts[1].evidence["pressing_force_apart"] == pytest.approx(-0.4)
 
     def test_more_torque_with_less_pressing_force_is_not_the_brake_gears_fault(self) -> None:
-        grabs = wheelset_stop(0.6, pressing_force_n=0.8 * FULL_N, torque_nm=1.4 * 0.34 * FULL_N * 0.247)
+        grabs = wheelset_stop(0.6, pressing_force_n=0.7 * FULL_N, torque_nm=1.4 * 0.34 * FULL_N * 0.247)
         verdict = told(self.rule, stop(wheelset_stop(), grabs, wheelset_stop(), wheelset_stop()))[1]
         assert isinstance(verdict, Finding)
         assert "pads" in verdict.message

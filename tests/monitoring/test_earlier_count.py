@@ -19,14 +19,6 @@ def test_it_is_the_count_at_the_first_observation_within_the_span(steps: list[tu
         assert earlier.see(time_s, count) == next(then for then_s, then in seen if time_s - then_s <= SPAN_S)
 
 
-def test_what_is_forgotten_is_not_told() -> None:
-    earlier = EarlierCount[tuple[int, ...]](SPAN_S)
-    earlier.see(0.0, (0, 1))
-    assert earlier.see(1.0, (2, 1)) == (0, 1)
-    earlier.forget()
-    assert earlier.see(0.5, (2, 1)) == (2, 1)
-
-
 def test_what_is_ahead_of_a_clock_that_was_set_back_is_not_told() -> None:
     earlier = EarlierCount[int](SPAN_S)
     earlier.see(10.0, 0)

@@ -23,8 +23,3 @@ class EarlierCount(Generic[Count]):
         while self._left and not 0.0 <= time_s - self._left[0][0] <= self._span_s:
             self._left.popleft()
         return self._left[0][1] if self._left else count
-
-    def forget(self) -> None:
-        """Forget what was."""
-        self._left.clear()
-        self._last = None

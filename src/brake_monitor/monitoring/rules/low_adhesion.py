@@ -125,7 +125,6 @@ class LowAdhesion:
         now = seen.estimate
         if self._seen_s > now.time_s:  # the clock was set back
             self._asked.clear()
-            self._earlier_acts.forget()
             if self._event:  # it goes on
                 self._event.ended = self._event.ended._replace(time_s=now.time_s, clock_s=now.clock_s)
         self._seen_s = now.time_s

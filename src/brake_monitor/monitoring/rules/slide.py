@@ -49,8 +49,6 @@ class Slide:
         """One verdict per wheelset."""
         step_s = 0.0 if self._before_s is None else seen.time_s - self._before_s
         self._before_s = seen.time_s
-        if step_s < 0.0:  # the clock was set back
-            self._earlier_acts.forget()
         step_s = step_s if 0.0 <= step_s < 1.0 else 0.0
         acts = tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])
         acts_before = self._earlier_acts.see(seen.time_s, acts)
