@@ -650,6 +650,9 @@ class TestDraggingBrake:
         assert found.misled_by is MisledBy.DRAG
         assert others == [UNKNOWN, UNKNOWN]  # while one stands nothing can be said of others
         assert judged(20.0, rolls, rolls, rolls) == (UNKNOWN, FINE, FINE)
+        rule = self.rule(3)  # the program ends, and goes on
+        assert rule.resume(0, found.evidence) is MisledBy.DRAG
+        assert judged(20.0, rolls, rolls, rolls) == (UNKNOWN, FINE, FINE)
         assert judged(0.2, rolls, rolls, rolls) == (UNKNOWN, UNKNOWN, UNKNOWN)
         assert judged(20.0, rolls, rolls, rolls) == (FINE, FINE, FINE)
 

@@ -63,12 +63,18 @@ class DraggingBrake:
         )
 
     def resume(self, i: int, evidence: Values) -> MisledBy | None:
-        """Go on with a brake that drags unseen until the wagon has rolled without it; other alarms need no memory."""
+        """Go on with a brake that drags unseen until the wagon has rolled without it, or has stood.
+
+        What pressing forces tell needs no memory.
+        """
+        if "others_pressing_force_n" in evidence:
+            return None
         told = [evidence.get(name) for name in HiddenDrag._fields[1:]]
         numbers = [value for value in told if isinstance(value, float | int)]
-        if len(numbers) < len(told):
-            return None
-        self._search.resume(HiddenDrag(i, *numbers))
+        if len(numbers) == len(told):
+            self._search.resume(HiddenDrag(i, *numbers))
+        else:
+            self._blocks.add(i)
         return MisledBy.DRAG
 
     def _see_blocked(self, speed_mps: float, wheels: tuple[WheelState, ...]) -> None:
