@@ -52,6 +52,14 @@ def test_it_is_told_at_once_and_again_with_what_came_after() -> None:
         assert [f.time_s for f in told.frames] == [e.time_s for e in told.estimates]
 
 
+def test_a_frame_that_was_underway_as_silence_raised_the_alarm_does_not_end_the_wait_for_what_comes_after() -> None:
+    recorder, raised = EvidenceRecorder(SETTINGS), alarm(raised_time_s=100.1)
+    assert len(recorder.turn(100.1, [raised])) == 1
+    assert recorder.turn(100.0, []) == []
+    (whole,) = drive(recorder, 101, 150)
+    assert list(whole.frames)[-1].time_s == 105.0
+
+
 def test_one_that_rises_and_grows_at_once_has_it_once() -> None:
     """As when a daemon catches up with a second of frames."""
     raised = alarm(raised_time_s=100.0)

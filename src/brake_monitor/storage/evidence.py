@@ -104,7 +104,8 @@ class EvidenceRecorder:
                 self._known.add(alarm.id)
             else:
                 self._known.discard(alarm.id)
-        complete = [alarm for alarm in self._awaited if not 0.0 <= time_s - alarm.raised_time_s < self._after_s]
+        # An alarm that silence has raised may be newer than frames that were still underway.
+        complete = [alarm for alarm in self._awaited if abs(time_s - alarm.raised_time_s) >= self._after_s]
         self._awaited = [alarm for alarm in self._awaited if alarm not in complete] + raised
         return [self._evidence(alarm) for alarm in (*raised, *complete)]
 
