@@ -123,6 +123,11 @@ class TestFrictionOutOfBand:
         assert isinstance(alone, Finding)
         assert "the others" not in alone.message
 
+    def test_of_a_wheelset_that_creep_alone_sets_apart_nothing_is_known(self) -> None:
+        """It may be a curve: that is not believed, but neither is that it is fine."""
+        creeps = [wheelset_stop(creep=share * 12e-4, creep_std=2e-5) for share in (0.7, 1.1, 1.1, 1.1)]
+        assert told(out_of_band(4), stop(*creeps)) == (UNKNOWN, FINE, FINE, FINE)
+
     @staticmethod
     def to_standstill(*frictions: float, own_std: float = 0.012) -> list[ApplicationRecord]:
         """Stops that a gradient of 10 per mille beside brakes of 0.5 m/s² makes doubtful by a fifth each."""

@@ -1,6 +1,7 @@
 """A clock that is set back by ten minutes: what the rules remember is not ahead of them for as long."""
 
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.estimation.doubts.frozen_reading import FROZEN_S, FrozenReading
 from brake_monitor.estimation.estimate import Estimate
@@ -53,6 +54,21 @@ def clock(set_back_at_s: float) -> list[tuple[float, float]]:
     """True and shown time, ten times a second for two minutes."""
     true_s = [1000.0 + k / 10 for k in range(1200)]
     return [(t - 1000.0, t - SET_BACK_S * (t - 1000.0 >= set_back_at_s)) for t in true_s]
+
+
+def test_creep_is_told_though_a_motor_acted_ten_minutes_ahead() -> None:
+    meter, creeps = CreepMeter(SpeedRatios(CONTACT_N)), None
+    for true_s, time_s in clock(set_back_at_s=10.0):
+        if true_s > 35.0:
+            break
+        brakes_n = FULL_N * (true_s >= 30.0)
+        now = rolling(time_s, pressing_n=(brakes_n, brakes_n), rail_n=(0.2 * brakes_n, 0.2 * brakes_n))
+        if true_s < 10.0:
+            now = replace(now, wheelsets=tuple(replace(own, motor_force_n=-5e3) for own in now.wheelsets))
+        meter.note(now, (True, True))
+        creeps = meter.creep(now)
+    assert creeps is not None
+    assert creeps[0].value == pytest.approx(0.2 * FULL_N * CREEP_PER_N, rel=0.05)
 
 
 @pytest.mark.parametrize("set_back_at_s", [20.0, 31.0, 45.0])
