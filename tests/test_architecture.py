@@ -50,17 +50,19 @@ LAYERS = {
     "estimation": Layer(
         within(
             "estimation",
-            "foretold alignment held_input pad_contact radius_calibration line_roughness brake_work friction_pause "
-            "estimate straight_line ekf "
+            "brake_work estimate "
+            "kalman kalman.straight_line kalman.ekf kalman.foretold "
+            "inputs inputs.alignment inputs.held_input inputs.pad_contact inputs.slide_protection "
+            "rolling rolling.radius_calibration rolling.line_roughness "
             "doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.force_trend doubts.still_force doubts.still_speeds doubts.spike_watch doubts.force_timing "
             "doubts.dead_force "
             "doubts.consistency doubts.input_trust doubts.braking_reference "
-            "model model.acting model.state_layout model.load_distribution model.wheelset model.wagon "
-            "model.load_transfer model.tuning model.regime model.brake_step "
+            "model model.friction_pause model.acting model.state_layout model.load_distribution model.wheelset "
+            "model.wagon model.load_transfer model.tuning model.regime model.brake_step "
             "moment "
             "filter filter.belief filter.physical filter.filter_lines filter.brake_filter filter.tape "
-            "learned slide_protection "
+            "learned "
             "core core.core_numbers core.motor_watch core.regime_watch core.prediction core.friction_doubt "
             "core.change_doubt core.correction core.core core.new_core core.readout "
             "known_inputs statement earlier_run estimator",

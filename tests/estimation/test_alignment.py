@@ -3,7 +3,7 @@
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.estimation.alignment import Alignment
+from brake_monitor.estimation.inputs.alignment import Alignment
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 
 

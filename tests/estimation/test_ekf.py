@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.linalg import expm
 
-from brake_monitor.estimation import ekf
-from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector
+from brake_monitor.estimation.kalman import ekf
+from brake_monitor.estimation.kalman.ekf import Innovation, Matrix, Measured, Vector
 
 ALL_FREE = [1.0, 1.0, 1.0]
 

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.inputs.held_input import HeldInput
 
 
 def used_impulse(sample_times: np.ndarray, values: np.ndarray, step_times: np.ndarray) -> float:

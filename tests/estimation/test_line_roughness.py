@@ -5,7 +5,7 @@ from math import sqrt
 
 import pytest
 
-from brake_monitor.estimation.line_roughness import LARGEST_DENSITY, LARGEST_LOOK, PRIOR_M, LineRoughness
+from brake_monitor.estimation.rolling.line_roughness import LARGEST_DENSITY, LARGEST_LOOK, PRIOR_M, LineRoughness
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings

@@ -15,10 +15,10 @@ from hypothesis import strategies as st
 from msgspec.structs import replace as struct_replace
 
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.estimation.alignment import Alignment
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.inputs.alignment import Alignment
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Quality, Quantity, Sample

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 
-from brake_monitor.estimation.slide_protection import SlideProtection, SlideProtections
+from brake_monitor.estimation.inputs.slide_protection import SlideProtection, SlideProtections
 
 FULL_N, SPEED_MPS = 40e3, 20.0
 SLIPS, CREEPS = 0.03, 0.004

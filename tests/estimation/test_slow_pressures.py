@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.estimation.estimate import Status
-from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.inputs.held_input import HeldInput
 from brake_monitor.settings.config import OutputSettings, Preset
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.simulator.physics.coupler import GivenPull

@@ -7,15 +7,15 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from brake_monitor.estimation import ekf
 from brake_monitor.estimation.core.regime_watch import UNKNOWN_TORQUE_DENSITY
-from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.kalman import ekf
+from brake_monitor.estimation.kalman.ekf import Matrix, Vector
+from brake_monitor.estimation.kalman.straight_line import Named, straight_line
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import Conditions, Predicted, StepLength, coupled_step, literal_step
 from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import RIG, WAGON
 from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
-from brake_monitor.estimation.straight_line import Named, straight_line
 from wagons import make_wagon
 
 numbers = st.floats(-10.0, 10.0)

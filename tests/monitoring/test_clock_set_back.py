@@ -5,7 +5,7 @@ from msgspec.structs import replace
 
 from brake_monitor.estimation.doubts.frozen_reading import FROZEN_S, FrozenReading
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.estimation.held_input import HeldInput
+from brake_monitor.estimation.inputs.held_input import HeldInput
 from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch

@@ -13,9 +13,9 @@ import motor_drives
 from brake_monitor.arrays import Floats
 from brake_monitor.cli import main
 from brake_monitor.estimation.core import readout
-from brake_monitor.estimation.ekf import Measured
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.filter.tape import Reading, Step, Tape
+from brake_monitor.estimation.kalman.ekf import Measured
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.frame import Frame
 from brake_monitor.processing import smoother as smoothing

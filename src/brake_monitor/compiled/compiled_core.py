@@ -18,7 +18,6 @@ from brake_monitor.arrays import Floats
 from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
-from brake_monitor.estimation import ekf
 from brake_monitor.estimation.core.core import ELSE, Core
 from brake_monitor.estimation.core.correction import FUSED, TAKEN
 from brake_monitor.estimation.core.readout import (
@@ -34,15 +33,16 @@ from brake_monitor.estimation.core.readout import (
     width,
 )
 from brake_monitor.estimation.doubts.still_force import moves
-from brake_monitor.estimation.ekf import Innovation, Measured
 from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.filter.belief import Belief
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.filter_lines import flat_sources
-from brake_monitor.estimation.foretold import log_normal, log_sum
-from brake_monitor.estimation.friction_pause import pause_variance
+from brake_monitor.estimation.kalman import ekf
+from brake_monitor.estimation.kalman.ekf import Innovation, Measured
+from brake_monitor.estimation.kalman.foretold import log_normal, log_sum
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import StepLength, share_memory_steps
+from brake_monitor.estimation.model.friction_pause import pause_variance
 from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, motor_demand, rail_radps2
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment

@@ -4,10 +4,10 @@ from math import inf, sqrt
 
 from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.estimation.friction_pause import pause_variance
 from brake_monitor.estimation.learned import Learned
+from brake_monitor.estimation.model.friction_pause import pause_variance
 from brake_monitor.estimation.model.tuning import Tuning
-from brake_monitor.estimation.radius_calibration import MEMORY_S, TURNED_S
+from brake_monitor.estimation.rolling.radius_calibration import MEMORY_S, TURNED_S
 
 FAST_MPS = 30.0  # of a train that went on while the program did not run
 

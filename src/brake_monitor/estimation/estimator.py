@@ -6,7 +6,6 @@ from typing import ClassVar
 
 from msgspec.structs import replace
 
-from brake_monitor.estimation.alignment import Alignment
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.core import LONGEST_STEP_S, Core
 from brake_monitor.estimation.core.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
@@ -17,13 +16,14 @@ from brake_monitor.estimation.doubts.plausibility import is_possible
 from brake_monitor.estimation.earlier_run import EarlierRun
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
-from brake_monitor.estimation.friction_pause import COMMON_SHARE, OWN_SHARE, onset_variance
+from brake_monitor.estimation.inputs.alignment import Alignment
+from brake_monitor.estimation.inputs.slide_protection import SlideProtections
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
+from brake_monitor.estimation.model.friction_pause import COMMON_SHARE, OWN_SHARE, onset_variance
 from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 from brake_monitor.estimation.moment import SNAPSHOTS, ChannelState
-from brake_monitor.estimation.slide_protection import SlideProtections
 from brake_monitor.estimation.statement import Statement
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle

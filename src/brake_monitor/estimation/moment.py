@@ -13,12 +13,12 @@ from brake_monitor.estimation.doubts.force_gate import ForceGate
 from brake_monitor.estimation.doubts.force_trend import ForceTrend
 from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
-from brake_monitor.estimation.held_input import HeldInput
-from brake_monitor.estimation.line_roughness import LineRoughness
+from brake_monitor.estimation.inputs.held_input import HeldInput
+from brake_monitor.estimation.inputs.pad_contact import PadContact
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.wheelset import Wheelset, is_on_tread
-from brake_monitor.estimation.pad_contact import PadContact
-from brake_monitor.estimation.radius_calibration import RadiusCalibration
+from brake_monitor.estimation.rolling.line_roughness import LineRoughness
+from brake_monitor.estimation.rolling.radius_calibration import RadiusCalibration
 
 SNAPSHOTS = 3  # of x and P, to go back to: a speed that turns out to be frozen has taught nonsense since it froze
 

@@ -13,7 +13,7 @@ import numpy as np
 from brake_monitor.arrays import Bools, Floats
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.doubts.force_timing import EARLIEST, EARLY_S, LAGS, LATEST, ForceTiming
-from brake_monitor.estimation.held_input import PROMPT_S
+from brake_monitor.estimation.inputs.held_input import PROMPT_S
 from brake_monitor.inspection.first_hour import LEAST_MPS, FirstHour, Readings
 from brake_monitor.samples import Quantity
 

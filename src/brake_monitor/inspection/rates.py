@@ -7,7 +7,7 @@ from math import inf
 import numpy as np
 
 from brake_monitor.decoding.routing import CYCLES_TO_TIMEOUT
-from brake_monitor.estimation.held_input import PROMPT_S
+from brake_monitor.estimation.inputs.held_input import PROMPT_S
 from brake_monitor.inspection.traffic import Found, Traffic
 from brake_monitor.samples import Channel, Quantity
 

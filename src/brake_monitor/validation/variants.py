@@ -6,8 +6,8 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.estimation.core.core import Core
-from brake_monitor.estimation.ekf import Matrix, Vector
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.kalman.ekf import Matrix, Vector
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.samples import Channel

@@ -10,7 +10,7 @@ from math import inf
 from typing import Any
 
 from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
-from brake_monitor.estimation.foretold import Foretold
+from brake_monitor.estimation.kalman.foretold import Foretold
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 

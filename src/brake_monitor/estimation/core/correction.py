@@ -6,7 +6,7 @@ from brake_monitor.estimation.core.change_doubt import ChangeDoubt
 from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION
 from brake_monitor.estimation.doubts.consistency import BIASED
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
-from brake_monitor.estimation.foretold import STRANGE_STD_MPS
+from brake_monitor.estimation.kalman.foretold import STRANGE_STD_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, rail_radps2
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of its sensor's

@@ -8,7 +8,7 @@ from brake_monitor.estimation.core.core import ELSE, TELLS, Core
 from brake_monitor.estimation.core.core_numbers import RegimeDensities
 from brake_monitor.estimation.doubts.plausibility import LARGEST
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
-from brake_monitor.estimation.foretold import Foretold
+from brake_monitor.estimation.kalman.foretold import Foretold
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 from brake_monitor.samples import Channel, Quantity

@@ -5,9 +5,9 @@ from math import exp, hypot, inf
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, UNKNOWN_ADHESION_STD, RegimeWatch
 from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
+from brake_monitor.estimation.inputs.slide_protection import PERIOD_S
 from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.moment import SNAPSHOTS
-from brake_monitor.estimation.slide_protection import PERIOD_S
 
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
 SNAPSHOT_SPACING_S = 1.5

@@ -9,7 +9,7 @@ from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.core_numbers import CoreNumbers
-from brake_monitor.estimation.friction_pause import pause_variance
+from brake_monitor.estimation.model.friction_pause import pause_variance
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.model.wheelset import motor_demand
 

@@ -5,8 +5,6 @@ from functools import cache, partial
 from math import hypot, sqrt
 from typing import ClassVar
 
-from brake_monitor.estimation import ekf
-from brake_monitor.estimation.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.filter.belief import Belief
 from brake_monitor.estimation.filter.filter_lines import (
     CorrectionFlags,
@@ -17,6 +15,8 @@ from brake_monitor.estimation.filter.filter_lines import (
     step_line,
 )
 from brake_monitor.estimation.filter.physical import confined, physical_range
+from brake_monitor.estimation.kalman import ekf
+from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.brake_step import share_memory_steps
 from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.regime import FixedDensities, free_states

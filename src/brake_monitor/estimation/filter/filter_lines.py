@@ -7,16 +7,16 @@ from collections.abc import Callable, Sequence
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
-from brake_monitor.estimation import ekf
-from brake_monitor.estimation.ekf import Innovation, Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.filter.physical import is_physical, physical_range
+from brake_monitor.estimation.kalman import ekf
+from brake_monitor.estimation.kalman.ekf import Innovation, Matrix, Measured, Vector, zeros
+from brake_monitor.estimation.kalman.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import Conditions, Predicted, StepLength, coupled_step, literal_step
 from brake_monitor.estimation.model.load_transfer import loads_after_step
 from brake_monitor.estimation.model.regime import FixedDensities, free_states
 from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.estimation.model.wagon import Wagon
-from brake_monitor.estimation.straight_line import Named, flat_source, straight_line
 
 LINES_KEPT = 128  # functions of each kind, those used last; a filter uses a few dozen
 # Fields of `Acting` that are 0 on every wheelset while no brake acts, no motor acts, none has slid; and all roll.

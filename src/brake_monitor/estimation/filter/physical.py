@@ -3,7 +3,7 @@
 from math import inf
 from operator import le
 
-from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.kalman.ekf import Matrix, Vector
 from brake_monitor.estimation.model.state_layout import StateLayout
 
 FRICTION_RANGE = (0.02, 1.0)

@@ -6,9 +6,9 @@ from typing import NamedTuple
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.estimation.ekf import Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.filter_lines import measured_of
+from brake_monitor.estimation.kalman.ekf import Matrix, Measured, Vector, zeros
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment

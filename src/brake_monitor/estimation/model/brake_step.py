@@ -6,8 +6,8 @@ Plain arithmetic on numbers: `straight_line` compiles it for each wagon.
 from collections.abc import Sequence
 from typing import NamedTuple, Self
 
-from brake_monitor.estimation import ekf
-from brake_monitor.estimation.ekf import Matrix, Vector
+from brake_monitor.estimation.kalman import ekf
+from brake_monitor.estimation.kalman.ekf import Matrix, Vector
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon

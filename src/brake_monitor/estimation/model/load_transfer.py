@@ -8,7 +8,7 @@ draw mu_b to nothing (`tests/estimation/test_long_braking.py`).
 from collections.abc import Sequence
 from math import exp
 
-from brake_monitor.estimation.ekf import Vector
+from brake_monitor.estimation.kalman.ekf import Vector
 from brake_monitor.estimation.model.acting import ActingOnWagon
 from brake_monitor.estimation.model.wagon import Wagon
 

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
-from brake_monitor.estimation.ekf import Matrix, Vector, zeros
+from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.state_layout import StateLayout
 

@@ -38,7 +38,7 @@ from typing import NamedTuple, Self
 import numpy as np
 
 from brake_monitor.arrays import Floats
-from brake_monitor.estimation.ekf import Matrix, Vector, zeros
+from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.load_distribution import load_distribution
 from brake_monitor.estimation.model.state_layout import StateLayout

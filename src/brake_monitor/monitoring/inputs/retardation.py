@@ -6,7 +6,7 @@ from math import inf
 from operator import mul
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.estimation.line_roughness import PULLED_MPS2
+from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
 from brake_monitor.settings.config import Vehicle
 
 SPAN_S = 1.5  # of which the mean is taken

@@ -20,8 +20,8 @@ from typing import NamedTuple
 from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.estimation.line_roughness import PULLED_MPS2
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
 
 LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
 BEFORE_S = 12.0  # of free rolling before the application, at most ...
