@@ -56,7 +56,7 @@ LAYERS = {
             "rolling rolling.radius_calibration rolling.line_roughness "
             "doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.force_trend doubts.still_force doubts.still_speeds doubts.spike_watch doubts.force_timing "
-            "doubts.dead_force "
+            "doubts.dead_force doubts.seizing "
             "doubts.consistency doubts.input_trust doubts.braking_reference "
             "model model.friction_pause model.acting model.state_layout model.load_distribution model.wheelset "
             "model.wagon model.load_transfer model.tuning model.regime model.brake_step "

@@ -7,6 +7,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.estimation.doubts.consistency import Doubt
+from brake_monitor.estimation.doubts.seizing import Seizing
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, drive, play
@@ -60,3 +61,23 @@ def test_nothing_is_valid_while_a_wheelset_seizes_and_everything_is_soon_afterwa
     assert not any(wheel.friction_status is Status.VALID for e in during for wheel in e.wheelsets)
     good_s = from_s + LASTS_S + GOOD_AFTER_S
     assert {e.status for time_s, e in found if good_s <= time_s < good_s + 1.0} == {Status.VALID}
+
+
+@pytest.mark.parametrize("slides", [False, True])
+def test_one_that_rolls_or_is_turned_by_its_rail_does_not_seize(slides: bool) -> None:
+    seizing, slip, adhesion = Seizing(), 0.3 * slides, 0.05 if slides else -0.05
+    assert not any(seizing.see(0.01 * k, slip, adhesion, 0.001) for k in range(100))
+
+
+def test_what_lasts_for_two_readings_or_lies_within_what_is_not_known_is_no_seizing() -> None:
+    seizing = Seizing()
+    assert not any(seizing.see(0.02 * k, 0.3, -0.1 if k % 5 < 2 else 0.05, 0.001) for k in range(100))
+    assert not any(seizing.see(3.0 + 0.02 * k, 0.3, -0.1, 0.03) for k in range(100))
+
+
+def test_one_that_has_rolled_has_to_seize_anew() -> None:
+    seizing = Seizing()
+    assert any(seizing.see(0.02 * k, 0.3, -0.1, 0.001) for k in range(10))
+    seizing.rolls()
+    assert not seizing.is_on
+    assert not seizing.see(10.0, 0.3, -0.1, 0.001)

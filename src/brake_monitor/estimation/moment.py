@@ -12,6 +12,7 @@ from brake_monitor.estimation.doubts.force_departure import ForceDeparture
 from brake_monitor.estimation.doubts.force_gate import ForceGate
 from brake_monitor.estimation.doubts.force_trend import ForceTrend
 from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
+from brake_monitor.estimation.doubts.seizing import Seizing
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.inputs.held_input import HeldInput
 from brake_monitor.estimation.inputs.pad_contact import PadContact
@@ -142,7 +143,7 @@ class WheelsetMoment:
         self.force_lost = True
         self.silent = False  # its force has not come on with the others', but its brake may work all the same
         self.silent_adhesion = 0.0  # ... and may have brought mu_w,i to this since the others came on
-        self.seizes = False  # what stops it is more than its brake and its motor: a bearing, or pads that stick
+        self.seizing = Seizing()  # its torque is not known while it is
         self.torque_known = False  # in this step, that of its brake and of its motor
         self.axle_speed_lost = True
         self.slid_s = -inf  # when its slip was last beyond creep

@@ -11,8 +11,6 @@ from brake_monitor.estimation.moment import WheelsetMoment
 
 UNSETTLED_S = 2.0  # after a slide
 UNKNOWN_ADHESION_STD = 0.1  # of a wheelset of unknown torque or speed: about half of what full braking asks for
-SEIZING_ADHESION = 0.02  # below 0, of a wheelset that slides: pressing forces may come late ...
-SEIZING_SIGMAS = 4.0  # ... and the estimate may be off
 RELEASING = 0.8  # of the largest force lately: while it falls, its timing counts for more than a friction in doubt
 QUICK_SIGMAS = 4.0  # of v, that are no slip yet: v is looked at hundreds of times in a braking
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
@@ -74,7 +72,7 @@ class RegimeWatch(MotorWatch):
                 most_n = max(most_n, wheel.force.value)
         for wheel in self.wheels:
             wheel.silent = is_early and most_n >= PRESSES_N and not (wheel.contact.has_pressed or wheel.contact.is_idle)
-            is_told = not (wheel.force_lost or wheel.silent or wheel.seizes)
+            is_told = not (wheel.force_lost or wheel.silent or wheel.seizing.is_on)
             wheel.torque_known = wheel.motor_torque_known and is_told
             if not wheel.silent:
                 wheel.silent_adhesion = 0.0
@@ -116,22 +114,18 @@ class RegimeWatch(MotorWatch):
         return known and turns and settled
 
     def see_seizing(self, i: int, slip: float, quick: bool) -> bool:
-        """Note whether a wheelset is stopped by more than is told of: it slides as if the rail did that.
-
-        A rail turns what slides. From then on its torque is unknown, and with it mu_w,i, until it rolls.
-        """
-        wheel, place = self.wheels[i], self.adhesion_place + i
-        if self.literal or wheel.seizes:
-            wheel.seizes = wheel.seizes and quick
-        elif slip > SLIDING_SLIP and wheel.torque_known and not wheel.axle_speed_lost:
+        """Whether a wheelset seizes: then its torque is unknown, and with it mu_w,i, until it rolls. (20) sees none."""
+        wheel, place, time_s = self.wheels[i], self.adhesion_place + i, self.now.time_s
+        if not quick or self.literal:
+            wheel.seizing.rolls()
+        elif not wheel.seizing.is_on and wheel.torque_known and not wheel.axle_speed_lost:
             std = sqrt(self.filter.covariance[place][place])
-            wheel.seizes = self.filter.x[place] < -max(SEIZING_ADHESION, SEIZING_SIGMAS * std)
-            if wheel.seizes:
+            if wheel.seizing.see(time_s, slip, self.filter.x[place], std):
                 wheel.torque_known = False
                 self.filter.forget(place, 0.0, UNKNOWN_ADHESION_STD)
-        if wheel.seizes:
-            self.now.consistency.raised_s[SEIZES] = self.now.time_s
-        seizes: bool = wheel.seizes
+        if wheel.seizing.is_on:
+            self.now.consistency.raised_s[SEIZES] = time_s
+        seizes: bool = wheel.seizing.is_on
         return seizes
 
     def see_lock(self, i: int) -> None:
@@ -279,7 +273,7 @@ class RegimeWatch(MotorWatch):
         """Whether a wheelset is stopped by more than is told of."""
         any_seizes = False
         for wheel in self.wheels:
-            any_seizes = any_seizes or wheel.seizes
+            any_seizes = any_seizes or wheel.seizing.is_on
         return any_seizes
 
     def doubt_locked_adhesion(self) -> None:
