@@ -94,9 +94,9 @@ def lost_on_a_bus(silent_s: float, expected_s: float = 0.1, *, is_off: bool = Fa
     return verdicts
 
 
-def test_what_is_lost_on_a_bus_that_goes_on_is_told_of_and_what_never_came_is_neither_lost_nor_fine() -> None:
+def test_what_is_lost_on_a_bus_that_goes_on_is_told_of_and_what_has_yet_to_come_is_not() -> None:
     wagon, first, second = lost_on_a_bus(0.1)
-    assert (wagon, second) == (FINE, UNKNOWN)
+    assert (wagon, second) == (FINE, FINE)
     assert isinstance(first, Finding)
     assert first.message == "Nothing arrives any more of the wheel speed (WSP.n_A) of wheelset 1."
     assert isinstance(lost_on_a_bus(2.0, expected_s=2.5)[1], Finding)  # it is never quicker
@@ -105,8 +105,8 @@ def test_what_is_lost_on_a_bus_that_goes_on_is_told_of_and_what_never_came_is_ne
 @pytest.mark.parametrize("silent_s", [0.7, 2.0, 3.5])
 def test_what_is_lost_on_a_bus_that_is_silent_now_is_not_told_of(silent_s: float) -> None:
     """Before it fell silent the bus may have gone on without the signal for a while: that is not judged any more."""
-    assert lost_on_a_bus(silent_s) == (FINE, UNKNOWN, UNKNOWN)
-    assert lost_on_a_bus(0.1, is_off=True) == (FINE, UNKNOWN, UNKNOWN)
+    assert lost_on_a_bus(silent_s) == (FINE, UNKNOWN, FINE)
+    assert lost_on_a_bus(0.1, is_off=True) == (FINE, UNKNOWN, FINE)
 
 
 def test_one_that_never_came_is_told_of_as_such() -> None:
@@ -126,9 +126,54 @@ def test_that_a_signal_was_lost_earlier_does_not_blame_it_for_a_slow_bus_that_fa
     assert verdicts[2:] == [UNKNOWN, UNKNOWN]
 
 
-def test_a_signal_that_has_been_good_since_is_known_to_be_cured_though_it_is_lost_now() -> None:
+@pytest.mark.parametrize("latitude", [GOOD, LOST])
+def test_a_signal_that_has_been_good_since_is_known_to_be_cured_though_it_is_lost_now(latitude: InputCondition) -> None:
     wagon = Wagon()
-    (raised,) = wagon.told(OUT_OF_RANGE, GOOD, 5.0)
+    (raised, *_) = wagon.told(OUT_OF_RANGE, latitude, 5.0)
+    wagon.told(GOOD, latitude, 0.5)
+    wagon.told(LOST, latitude, 20.0)
+    assert raised.kind == "input_implausible"
+    assert raised.id not in {alarm.id for alarm in wagon.monitor.open_alarms()}
+
+
+def test_a_signal_that_never_came_does_not_keep_an_alarm_about_another_one_open() -> None:
+    wagon = Wagon()
+    wagon.told(AWAITED, AWAITED, 0.5)
+    (raised,) = wagon.told(OUT_OF_RANGE, AWAITED, 2.0)
+    wagon.told(GOOD, LOST, 20.0)
+    assert raised.id not in {alarm.id for alarm in wagon.monitor.open_alarms()}
+
+
+@pytest.mark.parametrize("signal", ["speed", "latitude"])
+def test_a_signal_that_was_wrong_before_a_restart_and_has_not_come_since_is_not_known_to_be_cured(signal: str) -> None:
+    before, wagon = Wagon(), Wagon()
+    wrong = {"speed": (OUT_OF_RANGE, GOOD), "latitude": (GOOD, OUT_OF_RANGE)}[signal]
+    (raised,) = before.told(*wrong, 5.0)
+    wagon.monitor.resume([raised])
+    wagon.told(AWAITED, AWAITED, 0.5)
+    lost = {"speed": (LOST, GOOD), "latitude": (GOOD, LOST)}[signal]
+    wagon.told(*lost, 60.0)
+    assert raised.id in {alarm.id for alarm in wagon.monitor.open_alarms()}
     wagon.told(GOOD, GOOD, 0.5)
-    wagon.told(LOST, GOOD, 20.0)
+    wagon.told(*lost, 20.0)  # it has been good in between
+    assert raised.id not in {alarm.id for alarm in wagon.monitor.open_alarms()}
+
+
+@pytest.mark.parametrize("wrong", [LOST, OUT_OF_RANGE])
+def test_a_signal_that_may_come_in_hours_does_not_keep_an_alarm_about_another_one_open(wrong: InputCondition) -> None:
+    """One that is sent only when it changes has a time-out as long."""
+    wagon = Wagon()
+    wagon.told(GOOD, AWAITED, 0.5)
+    (raised,) = wagon.told(wrong, AWAITED, 5.0)
+    wagon.told(GOOD, AWAITED, 20.0)
+    assert raised.id not in {alarm.id for alarm in wagon.monitor.open_alarms()}
+
+
+def test_a_signal_that_was_lost_before_a_restart_is_not_found_again_before_it_comes() -> None:
+    before, wagon = Wagon(), Wagon()
+    (raised,) = before.told(GOOD, LOST, 5.0)
+    wagon.monitor.resume([raised])
+    wagon.told(GOOD, AWAITED, 20.0)
+    assert raised.id in {alarm.id for alarm in wagon.monitor.open_alarms()}
+    wagon.told(GOOD, GOOD, 20.0)
     assert raised.id not in {alarm.id for alarm in wagon.monitor.open_alarms()}

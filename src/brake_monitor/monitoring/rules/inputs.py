@@ -56,6 +56,7 @@ class InputLost:
         self._all_fine = (FINE,) * len(self.wheelsets)
         self._losses = Losses(settings.losses_per_minute)
         self._lapsed_s: dict[Measurand, float] = {}  # since when each is lost
+        self._told: set[str] = set()  # what an earlier run has told to be lost, by its name in the DBC
         self._has_come: set[Measurand] = set()
         self._all_have_come = False
 
@@ -71,6 +72,10 @@ class InputLost:
         self._lapsed_s = {measurand: min(self._lapsed_s.get(measurand, inf), seen.time_s) for measurand in lost}
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
         return tuple(self._judge(wheelset, reports_of(wheelset, seen), heard_s, often) for wheelset in self.wheelsets)
+
+    def resume(self, _: int, evidence: Values) -> None:
+        """Go on with signals that were lost."""
+        self._told.update(named_in(evidence))
 
     def _note_what_comes(self, seen: Observation) -> None:
         if not self._all_have_come:
@@ -89,8 +94,8 @@ class InputLost:
         restless = [report for report in reports if report.measurand in often]
         lost = [r for r in gone if r not in restless and heard_s.get(r.channel.bus, -inf) > self._lapsed_s[r.measurand]]
         if not (lost or restless):
-            waits = gone or any(report.condition is InputCondition.AWAITED for report in reports)
-            return UNKNOWN if waits else FINE
+            awaited = [report for report in reports if report.condition is InputCondition.AWAITED]
+            return UNKNOWN if gone or any(report.channel.source in self._told for report in awaited) else FINE
         came = [report for report in lost if report.measurand in self._has_come]
         never = [report for report in lost if report not in came]
         said = [
@@ -109,7 +114,7 @@ class InputLost:
 class InputImplausible:
     """Judges whether what arrives of each mapped signal can be used.
 
-    A lost signal cannot be judged; that does not keep an alarm about other signals open.
+    A lost signal cannot be judged, nor one that has yet to come; that does not keep an alarm about others open.
     """
 
     kind = "input_implausible"
@@ -118,22 +123,26 @@ class InputImplausible:
         self.settings = settings
         self.wheelsets = (None, *range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * len(self.wheelsets)
-        self._unsure: set[Measurand] = set()  # what was wrong, or has not come yet, and has not been good since
+        self._unsure: set[str] = set()  # what was wrong, and has not been good since; by its name in the DBC
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
         if not seen.inputs.not_good:
             self._unsure = set()
             return self._all_fine
-        bad = {report.measurand: report.condition for report in seen.inputs.not_good}
-        self._unsure = {measurand for measurand in self._unsure if measurand in bad}
-        self._unsure |= {measurand for measurand, condition in bad.items() if condition is not InputCondition.LOST}
+        self._unsure &= {report.channel.source for report in seen.inputs.not_good}
+        self._unsure |= {report.channel.source for report in seen.inputs.not_good if report.condition in IMPLAUSIBLE}
         return tuple(self._judge(wheelset, reports_of(wheelset, seen)) for wheelset in self.wheelsets)
+
+    def resume(self, _: int, evidence: Values) -> None:
+        """Go on with signals that were wrong; they may be lost by now."""
+        self._unsure.update(named_in(evidence))
 
     def _judge(self, wheelset: int | None, reports: list[InputReport]) -> Verdict:
         wrong = [report for report in reports if report.condition in IMPLAUSIBLE]
         if not wrong:
-            return UNKNOWN if any(report.measurand in self._unsure for report in reports) else FINE
+            unsure = any(report.condition in SILENT and report.channel.source in self._unsure for report in reports)
+            return UNKNOWN if unsure else FINE
         what = "; ".join(f"{named(report)}{of(wheelset)} {IMPLAUSIBLE[report.condition]}" for report in wrong)
         contradicted = [report.channel.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
         too = "".join(dict.fromkeys(TO_CHECK.get(quantity, "") for quantity in contradicted))
@@ -174,6 +183,11 @@ def evidence(reports: list[InputReport], often: Mapping[Measurand, int] = NEVER)
             for r in reports
         ),
     }
+
+
+def named_in(evidence: Values) -> list[str]:
+    """The signals that it tells of, as in the DBC."""
+    return str(evidence.get("signals", "")).split(", ")
 
 
 def named(report: InputReport) -> str:
