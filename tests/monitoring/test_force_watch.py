@@ -16,6 +16,7 @@ from estimates import estimate, wheelset
 FRICTION, CONTACT_N, FULL_N = 0.35, 1000.0, 40e3
 CREEP_PER_N = 2.5e-8
 PULL_MPS2 = 0.8
+UNMEASURED_MPS = 5.0  # by which the estimated speed is off while none is measured
 BRAKE_S, RELEASE_S, END_S = 10.0, 20.0, 30.0
 UNKNOWN, BORNE_OUT, CONTRADICTED = ForceState
 
@@ -49,12 +50,14 @@ def judged(
     train_is_told: bool = True,
     speed_err: float = 0.0,
     motor_n: float = 0.0,
+    unmeasured_until_s: float = 0.0,
     until_s: float = END_S,
 ) -> list[tuple[ForceState, ...]]:
     """Ten a second; sensors say `said` while brakes press with `real`; a train retards by `train_mps2` with them.
 
     `speed_err`: by so much of it the vehicle's speed is told too high while they press. `motor_n`: with which each
-    wheelset's motor brakes as well, at the rail.
+    wheelset's motor brakes as well, at the rail. From the application
+    until `unmeasured_until_s` no speed is measured, and what is estimated is too high.
     """
     is_in_train = train_mps2 is not None and train_is_told
     watch = watch_of(wagon, "train" if is_in_train else "wagon")
@@ -82,11 +85,12 @@ def judged(
             )
             for force_n, said_n, by_motor_n, wheel_m in zip(works, pressing, motors, wagon.wheel_radius_m, strict=True)
         )
-        told_mps = speed_mps * (1.0 + speed_err * (max(works) > 0.0))
+        is_measured = not BRAKE_S <= time_s < unmeasured_until_s
+        told_mps = speed_mps * (1.0 + speed_err * (max(works) > 0.0)) + (0.0 if is_measured else UNMEASURED_MPS)
         now = estimate(
             time_s=time_s, speed_mps=told_mps, saturated=saturated, wheelsets=wheelsets, mass_kg=wagon.mass_kg
         )
-        found.append(watch.judge(now, [True] * len(wheelsets), speeds_are_good=True))
+        found.append(watch.judge(now, [True] * len(wheelsets), speeds_are_good=is_measured))
     return found
 
 
@@ -112,6 +116,14 @@ def test_what_motors_take_from_the_speed_is_no_work_of_a_silent_brake(works: boo
     found = judged(said, real, vehicle(), creeps=False, motor_n=4e3)
     assert since_s(found, 0, CONTRADICTED if works else BORNE_OUT) is not None
     assert since_s(found, 0, BORNE_OUT if works else CONTRADICTED) is None
+
+
+@pytest.mark.parametrize("works", [True, False])
+def test_a_speed_that_is_put_right_as_it_is_measured_again_is_no_work_of_a_silent_brake(works: bool) -> None:
+    said: Forces = lambda t: (0.0, braked(t))  # noqa: E731
+    real: Forces = lambda t: (braked(t) if works else 0.0, braked(t))  # noqa: E731
+    found = judged(said, real, vehicle(), creeps=works, unmeasured_until_s=BRAKE_S + 4.0)
+    assert (since_s(found, 0, CONTRADICTED) is not None) is works
 
 
 @pytest.mark.parametrize("creeps", [True, False])

@@ -73,6 +73,10 @@ class SpeedRatios:
         share = max(1.0 - exp(-step_s / AVERAGE_S), step_s / self.lately_s)
         self.lately = _nearer(self.lately or self.now, self.now, share)
 
+    def forget_lately(self) -> None:
+        """The vehicle's speed was another one than was thought."""
+        self.lately, self.lately_s = [], 0.0
+
 
 class CreepMeter:
     """Sees each estimate, in order of time. Those who tell it the same of the pressing forces may share one."""
@@ -103,6 +107,10 @@ class CreepMeter:
             share = ratios.step_s / self._free_s
             self._free = _nearer(self._free or ratios.now, ratios.now, share)
             self._free_noise_s = _nearer(self._free_noise_s or ratios.noise_s, ratios.noise_s, share)
+
+    def forget_lately(self) -> None:
+        """As `SpeedRatios` does."""
+        self._ratios.forget_lately()
 
     def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
         """Each wheelset's as of `now`, the estimate taken last, about a second's mean.

@@ -44,6 +44,7 @@ class ForceWatch:
         self._retardation = Retardation(vehicle)
         self._is_in_train = estimator.preset == "train"
         self._past: deque[_Moment] = deque()
+        self._speeds_were_good = True
         self._slid_s = self._changed_s = -inf
         self._applied_s = self._pressed_s = -inf  # when brakes came on after all had been released, when any pressed
         self._pressing: tuple[bool, ...] = ()
@@ -54,6 +55,10 @@ class ForceWatch:
     def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
         """What is thought of each; `measured`: whether each arrives and is good by itself."""
         forces_n, motor_acts = now.forces_n, now.a_motor_acts
+        if speeds_are_good and not self._speeds_were_good:  # the estimated speed is put right with a jump
+            self._creep.forget_lately()
+            self._retardation.forget_lately()
+        self._speeds_were_good = speeds_are_good
         known = [measured[i] and brake.state is not ForceState.CONTRADICTED for i, brake in enumerate(self._brakes)]
         self._creep.note(now, known)
         if not self._is_in_train:

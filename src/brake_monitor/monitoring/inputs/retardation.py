@@ -63,6 +63,10 @@ class Retardation:
         is_known = self._free_s >= LEAST_FREE_S and 0.0 <= time_s - self._rolled_s <= EXPIRES_S
         self.by_brakes_mps2 = self.total_mps2 - self._free_mps2 if is_known and self.total_mps2 is not None else None
 
+    def forget_lately(self) -> None:
+        """What the speed was tells nothing of how it changes from now on."""
+        self._lately.clear()
+
     @property
     def is_pulled(self) -> bool:
         """Whether the wagon gains speed by itself: a pull hides what its brakes take."""
