@@ -1,6 +1,6 @@
 """A pressing force is believed by what its brake does: by hand-made wagons whose brakes and sensors differ."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Sequence
 from math import inf
 
 import pytest
@@ -51,6 +51,7 @@ def judged(
     speed_err: float = 0.0,
     motor_n: float = 0.0,
     unmeasured_until_s: float = 0.0,
+    frozen: Collection[int] = (),
     until_s: float = END_S,
 ) -> list[tuple[ForceState, ...]]:
     """Ten a second; sensors say `said` while brakes press with `real`; a train retards by `train_mps2` with them.
@@ -90,7 +91,7 @@ def judged(
         now = estimate(
             time_s=time_s, speed_mps=told_mps, saturated=saturated, wheelsets=wheelsets, mass_kg=wagon.mass_kg
         )
-        found.append(watch.judge(now, [True] * len(wheelsets), speeds_are_good=is_measured))
+        found.append(watch.judge(now, [True] * len(wheelsets), frozen=frozen, speeds_are_good=is_measured))
     return found
 
 
@@ -124,6 +125,12 @@ def test_a_speed_that_is_put_right_as_it_is_measured_again_is_no_work_of_a_silen
     real: Forces = lambda t: (braked(t) if works else 0.0, braked(t))  # noqa: E731
     found = judged(said, real, vehicle(), creeps=works, unmeasured_until_s=BRAKE_S + 4.0)
     assert (since_s(found, 0, CONTRADICTED) is not None) is works
+
+
+@pytest.mark.parametrize(("frozen", "is_told"), [(0, True), (1, False)])
+def test_a_frozen_force_is_judged_and_tells_nothing_of_another(frozen: int, is_told: bool) -> None:
+    found = judged(lambda t: (0.0, braked(t)), lambda t: (braked(t), braked(t)), vehicle(), frozen={frozen})
+    assert (since_s(found, 0, CONTRADICTED) is not None) is is_told
 
 
 @pytest.mark.parametrize("creeps", [True, False])

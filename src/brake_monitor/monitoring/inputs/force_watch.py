@@ -7,7 +7,7 @@ anything slides, nor where neither is clear enough. But who slides time and agai
 """
 
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from math import hypot, inf, sqrt
 from statistics import median
 
@@ -52,8 +52,13 @@ class ForceWatch:
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
         self.idle = frozenset[int]()  # wheelsets whose brakes have shown to do nothing, and have not pressed since
 
-    def judge(self, now: Estimate, measured: Sequence[bool], *, speeds_are_good: bool) -> tuple[ForceState, ...]:
-        """What is thought of each; `measured`: whether each arrives and is good by itself."""
+    def judge(
+        self, now: Estimate, measured: Sequence[bool], *, frozen: Collection[int] = (), speeds_are_good: bool
+    ) -> tuple[ForceState, ...]:
+        """What is thought of each; `measured`: whether each arrives and is good by itself.
+
+        Those that are `frozen` are judged, and tell nothing of the others.
+        """
         forces_n, motor_acts = now.forces_n, now.a_motor_acts
         if speeds_are_good and not self._speeds_were_good:  # the estimated speed is put right with a jump
             self._creep.forget_lately()
@@ -71,7 +76,8 @@ class ForceWatch:
                 if measured[i]:
                     brake.see_slides(now, i, presses=self._pressing[i])
         if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show():
-            told = [i for i, is_measured in enumerate(measured) if is_measured and all(known[:i] + known[i + 1 :])]
+            believed = [is_known and i not in frozen for i, is_known in enumerate(known)]
+            told = [i for i, is_told in enumerate(measured) if is_told and all(believed[:i] + believed[i + 1 :])]
             creep = self._creep.creep(now)
             if not all(self._pressing):
                 for i in told:

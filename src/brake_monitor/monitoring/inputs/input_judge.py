@@ -70,6 +70,7 @@ class InputJudge:
         self._block_watch: BlockWatch | None = None
         self._forces = ForceWatch(settings.vehicle, settings.estimator, ratios)
         self._dead = DeadForces(contact_force_n)
+        self._froze = frozenset[int]()  # as of the last observation
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
@@ -125,10 +126,11 @@ class InputJudge:
             scattered, contradicted = self._scatter.wheels, WheelState.CONTRADICTED
             wheels = tuple([contradicted if i in scattered else state for i, state in enumerate(wheels)])
         is_contradicted = WheelState.CONTRADICTED in wheels
-        forces = self._forces.judge(estimate, arriving, speeds_are_good=all(measured) and not is_contradicted)
+        speeds_are_good = all(measured) and not is_contradicted
+        forces = self._forces.judge(estimate, arriving, frozen=self._froze, speeds_are_good=speeds_are_good)
         if dead:
             forces = tuple([ForceState.CONTRADICTED if i in dead else state for i, state in enumerate(forces)])
-        frozen = self._frozen_forces(estimate, arriving, wheels, forces)
+        self._froze = frozen = self._frozen_forces(estimate, arriving, wheels, forces)
         rolls = self._braked
         if is_contradicted:  # what its speed says shows nothing of its flag
             rolls = [
