@@ -330,7 +330,7 @@ class TestUnevenBraking:
         verdicts = told(self.rule, stop(*(wheelset_stop(friction) for friction in (0.34, 0.34, 0.20, 0.34))))
         assert severities(verdicts) == [None, None, Severity.ALARM, None]
         assert isinstance(verdicts[2], Finding)
-        assert "pads or brake gear" in verdicts[2].message
+        assert "pads or brake gear, or it drags when released" in verdicts[2].message
         assert verdicts[2].misled_by is MisledBy.UNEVEN
 
     @pytest.mark.parametrize(("friction", "verdict"), [(0.34 * 0.83, UNKNOWN), (0.34 * 0.87, FINE)])

@@ -62,6 +62,8 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
         if not by_force and abs(apart) <= doubt:
             return UNKNOWN
         alike = "with the same pressing force: pads or brake gear"
+        if apart < 0.0:  # creep is told against the rolling before, in which such a brake retards as well
+            alike += ", or it drags when released"
         cause = "its pressing force differs as much: brake gear or valve" if by_force else alike
         return Finding(
             Severity.ALARM if abs(apart) > self.settings.alarm else Severity.WARNING,
