@@ -101,6 +101,19 @@ def test_a_brake_application_is_one_record_of_what_was_done() -> None:
         assert own.creep == pytest.approx(0.0)  # both turn as freely as before
 
 
+@pytest.mark.parametrize(("motor_force_n", "records"), [(10e3, 1), (0.0, 2)])
+def test_a_brake_that_leaves_the_work_to_its_motor_does_not_end_the_application(
+    motor_force_n: float, records: int
+) -> None:
+    drive = Drive()
+    for k, now in enumerate(drive.estimates):
+        if 12.0 <= now.time_s < 17.0:
+            first, second = now.wheelsets
+            second = replace(second, pressing_force_n=0.0, motor_force_n=motor_force_n)
+            drive.estimates[k] = replace(now, wheelsets=(first, second))
+    assert len(keep(new_book(), drive)) == records
+
+
 @pytest.mark.parametrize(("pressed_s", "is_told"), [(0.8, False), (1.2, True)])
 def test_a_touch_of_the_brake_is_no_brake_application(pressed_s: float, is_told: bool) -> None:
     book, drive = new_book(), Drive()

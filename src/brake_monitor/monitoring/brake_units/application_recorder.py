@@ -66,7 +66,7 @@ class ApplicationRecorder:
         if self._running is None and moves and any(map(gt, self._pressed, before)):
             self._running = RunningApplication(last, self._contact_force_n)
         if self._running is not None:
-            self._running.press(presses, known)
+            self._running.press(presses, known, now.motors_brake)
             are_told = all(known) and Doubt.OUT_OF_STEP not in now.reasons
             self._running.note_inputs(are_told=are_told, gradient_is_known=inputs.gradient_is_known)
             self._running.add(last, now, self._creep.creep(now), disc_temperature_c)
@@ -81,5 +81,5 @@ class ApplicationRecorder:
         if not in_time or now.speed_mps <= STANDING_MPS:
             return earlier
         self._running = RunningApplication(now, self._contact_force_n, earlier)
-        self._running.press(self._pressed, known)
+        self._running.press(self._pressed, known, now.motors_brake)
         return None

@@ -57,13 +57,14 @@ class RunningApplication:
         """Whether it was not over before."""
         return time_s - self._end.time_s < (LONGEST_GAP_S if self.is_unknown else RELEASED_S)
 
-    def press(self, presses: Sequence[bool], known: Sequence[bool]) -> None:
-        """Take which brakes press now, where that is known; before `add`."""
+    def press(self, presses: Sequence[bool], known: Sequence[bool], motors_brake: Sequence[bool]) -> None:
+        """Take which brakes press now, where that is known; before `add`. Those whose motors brake need not."""
         told = [i for i, is_known in enumerate(known) if is_known]
         for i in told:
             self._took_part[i] |= presses[i]
-        part = [presses[i] for i in told if self._took_part[i]]
-        self._presses, self.is_unknown = 2 * sum(part) > len(part), not part
+        part = [i for i in told if self._took_part[i]]
+        awaited = [presses[i] for i in part if presses[i] or not motors_brake[i]]
+        self._presses, self.is_unknown = 2 * sum(awaited) > len(awaited), not part
 
     def note_inputs(self, *, are_told: bool, gradient_is_known: bool) -> None:
         """Take whether every pressing force is known and in step, and whether the gradient's signal is good."""
