@@ -1,5 +1,6 @@
 """What wheels and motors do, told from what sensors do: by hand-made readings of wagons with motors."""
 
+from collections.abc import Sequence
 from functools import cache
 
 import pytest
@@ -20,6 +21,16 @@ BRAKING_NM, DRIVING_NM, SLIDES_FROM_S = -6000.0, 6000.0, 5.0
 def show(watch: WheelWatch, sample: Sample) -> None:
     assert sample.quality is Quality.GOOD
     watch.watchers[sample.quantity, sample.wheelset](sample.time_s, sample.value)
+
+
+def show_all(
+    watch: WheelWatch, time_s: float, speed_mps: float, omegas_radps: Sequence[float], *, pressing_n: float
+) -> None:
+    """What is read of a wagon whose brakes press alike, at one instant."""
+    show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+    for i, omega_radps in enumerate(omegas_radps):
+        show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
+        show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, pressing_n, Quality.GOOD))
 
 
 @cache
@@ -104,10 +115,7 @@ def test_a_wheelset_that_seizes_while_braked_may_stand_where_the_released_wagon_
         speed_mps = 25.0 - 0.5 * braked_s - rolling_mps2 * max(time_s - released_s, 0.0)
         said_radps = (0.0 if time_s >= 6.0 else speed_mps / radius_m, speed_mps / radius_m)
         force_n = 20e3 if brakes else 0.0
-        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
-        for i in range(2):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, said_radps[i], Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, force_n, Quality.GOOD))
+        show_all(watch, time_s, speed_mps, said_radps, pressing_n=force_n)
         if k % 10 == 0:
             seen = tuple(wheelset(slip=0.0, omega_radps=said, pressing_force_n=force_n) for said in said_radps)
             told = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen), [True, True])
@@ -132,10 +140,7 @@ def test_a_slip_that_grows_slowly_is_a_slide_where_the_other_wheelset_rolls(
         slip = min(0.02 * max(time_s - SLIDES_FROM_S, 0.0), 0.08)  # the wheelset loses less than 1 m/s²
         slips = (slip, slip if other_slips else 0.0)
         omega_radps = [speed_mps * (1.0 - own) / radius_m for own in slips]
-        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
-        for i in range(2):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps[i], Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 20e3, Quality.GOOD))
+        show_all(watch, time_s, speed_mps, omega_radps, pressing_n=20e3)
         if k % 10 == 0:
             seen = tuple(
                 wheelset(slip=own, omega_radps=turns, pressing_force_n=20e3)
@@ -154,10 +159,7 @@ def test_what_holds_a_wheelset_goes_by_the_load_that_is_known(configured_kg: flo
     for k in range(400):
         time_s, speed_mps = k / 10, min(max(k - 20, 0) * 0.04, 10.0)  # from rest; the first wheelset never turns
         turns_radps = (0.0, speed_mps / radius_m)
-        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
-        for i in range(2):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, turns_radps[i], Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 4000.0, Quality.GOOD))
+        show_all(watch, time_s, speed_mps, turns_radps, pressing_n=4000.0)
         wheelsets = tuple(
             wheelset(slip=float(i == 0 and speed_mps > 1.0), omega_radps=turns_radps[i], pressing_force_n=4000.0)
             for i in range(2)
@@ -203,10 +205,7 @@ def test_a_wheel_speed_that_dies_as_the_brakes_come_on_is_a_sensor() -> None:
         force_n = 1e3 + 40e3 * min(max(time_s - died_s, 0.0), 0.5)
         speed_mps -= 0.01 * (0.02 + 0.8 * force_n / 20e3)
         said_radps = (0.0 if time_s >= died_s else speed_mps / radius_m, speed_mps / radius_m)
-        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
-        for i in range(2):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, said_radps[i], Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, force_n, Quality.GOOD))
+        show_all(watch, time_s, speed_mps, said_radps, pressing_n=force_n)
         if k % 10 == 0:
             seen = tuple(wheelset(slip=0.0, omega_radps=said, pressing_force_n=force_n) for said in said_radps)
             state, _ = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen), [True, True])
@@ -222,10 +221,7 @@ def test_a_sensor_that_cuts_out_before_the_other_under_a_hard_brake_stops_no_whe
         time_s = k / 100
         speed_mps = max(speed_mps - 0.01 * 0.8, 0.0)
         omegas_radps = [speed_mps / radius_m if speed_mps > own_mps else 0.0 for own_mps in cuts_out_mps]
-        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
-        for i in range(2):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omegas_radps[i], Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 90e3, Quality.GOOD))
+        show_all(watch, time_s, speed_mps, omegas_radps, pressing_n=90e3)
         if k % 10 == 0:
             own = tuple(
                 wheelset(slip=float(omega == 0.0), omega_radps=omega, pressing_force_n=90e3) for omega in omegas_radps
@@ -242,10 +238,7 @@ def test_wheel_speed_sensors_that_begin_late_as_the_wagon_departs_contradict_nob
         time_s = k / 100
         speed_mps = max(0.25 * (time_s - 5.0), 0.0)
         omega_radps = speed_mps / radius_m if speed_mps > cut_out_mps else 0.0
-        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
-        for i in range(2):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 0.0, Quality.GOOD))
+        show_all(watch, time_s, speed_mps, (omega_radps, omega_radps), pressing_n=0.0)
         if k % 10 == 0:
             slip = float(omega_radps == 0.0 and speed_mps > 1.0)
             own = wheelset(slip=slip, omega_radps=omega_radps, pressing_force_n=0.0)
@@ -264,10 +257,7 @@ def test_a_vehicle_speed_that_leaves_all_wheelsets_behind_is_contradicted_and_no
         speed_mps = 20.0 if time_s < 5.0 else 25.0
         rolling_mps = (19.9, 20.1)
         omegas_radps = [own_mps / radius_m for own_mps, radius_m in zip(rolling_mps, wagon.wheel_radius_m, strict=True)]
-        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
-        for i, omega_radps in enumerate(omegas_radps):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 0.0, Quality.GOOD))
+        show_all(watch, time_s, speed_mps, omegas_radps, pressing_n=0.0)
         if k % 10 == 0:
             own = [
                 wheelset(slip=1.0 - own_mps / speed_mps, omega_radps=omega_radps, pressing_force_n=0.0)
@@ -290,10 +280,7 @@ def states_of_a_locked_wheelset_that_turns_again(*, slid_before: bool) -> set[Wh
         if time_s >= 20.0:
             slip = 1.0 if time_s < 24.0 else max(0.75 - 0.75 / 20.0 * (time_s - 24.0), 0.0)
         force_n, omegas_radps = 20e3 * braked, (speed_mps * (1.0 - slip) / radius_m, speed_mps / radius_m)
-        show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
-        for i, omega_radps in enumerate(omegas_radps):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, force_n, Quality.GOOD))
+        show_all(watch, time_s, speed_mps, omegas_radps, pressing_n=force_n)
         if k % 10 == 0:
             own = tuple(
                 wheelset(slip=own_slip, omega_radps=omega_radps, pressing_force_n=force_n)
@@ -317,10 +304,7 @@ def test_a_vehicle_speed_that_is_wrong_again_is_believed_as_late_as_the_first_ti
     for k in range(4000):
         time_s = k / 100
         is_wrong = any(0.0 <= time_s - wrong_s < 0.55 for wrong_s in doubted_s)
-        show(watch, Sample(time_s, Quantity.SPEED, 0, 30.0 if is_wrong else 20.0, Quality.GOOD))
-        for i in range(2):
-            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, 20.0 / radius_m, Quality.GOOD))
-            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, 0.0, Quality.GOOD))
+        show_all(watch, time_s, 30.0 if is_wrong else 20.0, (20.0 / radius_m, 20.0 / radius_m), pressing_n=0.0)
         if k % 10 == 0:
             own = wheelset(slip=0.0, omega_radps=20.0 / radius_m, pressing_force_n=0.0)
             watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=(own, own)), [True, True])
