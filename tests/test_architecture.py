@@ -109,7 +109,8 @@ LAYERS = {
     "processing": Layer(
         within(
             "processing",
-            "at_hand remembered stretches block_taker pipeline playing whole_recording estimate_table smoother",
+            "at_hand remembered stretches block_taker aligned_taker pipeline playing whole_recording estimate_table "
+            "smoother",
         ),
         "words settings decoding estimation compiled monitoring",
     ),

@@ -28,6 +28,7 @@ from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.processing import playing
+from brake_monitor.processing.aligned_taker import block_taker
 from brake_monitor.processing.block_taker import OneByOne
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.settings.config import EstimatorSettings, OutputSettings, Preset, Settings
@@ -189,6 +190,13 @@ def test_machine_code_gives_the_same_numbers_of_sensors_that_are_late() -> None:
         assert_the_same(settings, lagging(message, 0.1)(frames))
 
 
+@pytest.mark.parametrize("name", ["sliding", "an impossible wheel speed", "a silent bus"])
+def test_machine_code_gives_the_same_numbers_of_samples_that_wait_for_slower_sensors(name: str) -> None:
+    settings, frames = drive(*DRIVES[name])
+    back = frames[: FEW // 2] + [f._replace(time_s=f.time_s - 20.0) for f in frames[FEW // 2 :]]  # a clock is set
+    assert_the_same(delayed(settings), back)
+
+
 @pytest.mark.parametrize("sensor", ["vehicle speed", "wheel speed"])
 def test_machine_code_gives_the_same_numbers_of_speeds_that_spike_and_freeze_in_a_slide(sensor: str) -> None:
     """What spiked is taken back, and what was known before it froze is gone back to."""
@@ -225,9 +233,19 @@ def test_machine_code_gives_the_same_numbers_of_a_wheel_that_is_worn() -> None:
     assert_the_same(settings, [frame for frame in recording.frames if frame.time_s > EPOCH_S + BRAKING_S])
 
 
+def delayed(settings: Settings) -> Settings:
+    """The vehicle speed is 0.08 s late, the forces 0.03 s: wheel speeds wait for both."""
+    signals = settings.signals
+    speed = msgspec.structs.replace(signals.speed, delay_s=0.08)
+    forces = tuple([msgspec.structs.replace(force, delay_s=0.03) for force in signals.pressing_force])
+    return msgspec.structs.replace(
+        settings, signals=msgspec.structs.replace(signals, speed=speed, pressing_force=forces)
+    )
+
+
 def assert_the_same(settings: Settings, frames: list[Frame]) -> None:
     plain, compiled = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
-    taker = compiled.taker = by_machine_code(compiled.estimator)
+    taker = compiled.taker = block_taker(compiled.estimator, by_machine_code(compiled.estimator))
     expected, found = list(played(plain, frames)), list(played(compiled, frames))
     assert isinstance(plain.taker, OneByOne)
     assert compiled.taker is taker
@@ -253,10 +271,12 @@ def assert_equal_or_near(mine: list[object], theirs: list[object]) -> None:
     assert is_same.all(), (own[~is_same][:3], other[~is_same][:3])
 
 
-def test_what_was_played_in_blocks_goes_on_frame_by_frame() -> None:
+@pytest.mark.parametrize("has_delays", [False, True])
+def test_what_was_played_in_blocks_goes_on_frame_by_frame(has_delays: bool) -> None:
     settings, frames = drive(*DRIVES["sliding"])
+    settings = delayed(settings) if has_delays else settings
     plain, compiled = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
-    compiled.taker = by_machine_code(compiled.estimator)
+    compiled.taker = block_taker(compiled.estimator, by_machine_code(compiled.estimator))
     expected = [plain.step(frame) for frame in frames]
     found = [*played(compiled, frames[:6000]), *map(compiled.step, frames[6000:9000]), *played(compiled, frames[9000:])]
     last = [[o.estimate for o in some if o.estimate is not None][-1] for some in (expected, found)]

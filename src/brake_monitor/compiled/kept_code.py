@@ -50,8 +50,8 @@ class EstimatorOrder(msgspec.Struct, frozen=True):
 
 
 def can_be_compiled(estimator: Estimator) -> bool:
-    """Whether numba is there, the steps are those that are compiled, and no sample waits for others."""
-    return type(estimator) is Estimator and not estimator.waits and find_spec("numba") is not None
+    """Whether numba is there, and the steps are those that are compiled."""
+    return type(estimator) is Estimator and find_spec("numba") is not None
 
 
 def have_made(*estimators: Estimator) -> None:

@@ -60,8 +60,8 @@ class Estimator:
         self._filter = self.filter_type(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
         self._channel_numbers = {channel.measurand: k for k, channel in enumerate(self.channels)}
-        self._alignment = Alignment(self.channels)
-        self.waits = self._alignment.waits  # samples wait for those of slower sensors
+        self.alignment = Alignment(self.channels)
+        self.waits = self.alignment.waits  # samples wait for those of slower sensors
         self._trust = InputTrust(self._channel_numbers)
         self.core = new_core(self.core_type, self._filter, settings, self.channels, foretells=foretells)
         self._now = self.core.now
@@ -83,7 +83,9 @@ class Estimator:
         """Take one sample as captured; True when it, or one that waited for it, was fused as a measurement."""
         self.changes += 1
         time_s, quantity, wheelset, value, quality = sample
-        if quality is not GOOD or self.waits:
+        if self.waits:
+            return self._take_in_order(sample)
+        if quality is not GOOD:
             return self._take_with_care(sample)
         outcome = self.core.take(self._channel_numbers[quantity, wheelset], time_s, value)
         if outcome <= FUSED and not self._now.protections_due:  # the usual case
@@ -121,32 +123,34 @@ class Estimator:
 
     def catch_up(self, time_s: float) -> float:
         """Take samples that wait for others, as none have arrived for a while; returns until when all are taken."""
-        for aligned in self._alignment.ready(time_s):
+        for aligned in self.alignment.ready(time_s):
             self.changes += 1
-            self._take_aligned(aligned)
-        return self._alignment.whole_until_s(time_s)
+            self._take_with_care(aligned)
+        return self.alignment.whole_until_s(time_s)
 
     def _look_at_protections(self) -> None:
         self._now.protections_due = False
         self.protections.see(self.core.glance)
 
-    def _take_with_care(self, sample: Sample) -> bool:
-        if sample.quality is Quality.GOOD and not is_possible(sample):
-            self._lose(sample.measurand, InputCondition.IMPOSSIBLE)
-            if sample.quantity not in MEASURED and isfinite(sample.time_s):
-                self._lose_known(sample)
-            return False
+    def _take_in_order(self, sample: Sample) -> bool:
+        if sample.quality is GOOD and not is_possible(sample):
+            return self._take_with_care(sample)
         fused = False
-        for aligned in self._alignment.put(sample):
-            fused |= self._take_aligned(aligned)
+        for aligned in self.alignment.put(sample):
+            fused |= self._take_with_care(aligned)
         return fused
 
-    def _take_aligned(self, sample: Sample) -> bool:
+    def _take_with_care(self, sample: Sample) -> bool:
         measurand = sample.measurand
         if sample.quality is Quality.STALE:
             self._lose(measurand, InputCondition.LOST)
             self._lose_known(sample)
-        if sample.quality is not Quality.GOOD:
+        if sample.quality is not GOOD:
+            return False
+        if not is_possible(sample):
+            self._lose(measurand, InputCondition.IMPOSSIBLE)
+            if sample.quantity not in MEASURED and isfinite(sample.time_s):
+                self._lose_known(sample)
             return False
         if measurand in self._trust.disbelieved and sample.quantity is not Quantity.PRESSING_FORCE:
             self._gain(measurand)

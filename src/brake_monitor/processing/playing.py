@@ -5,6 +5,7 @@ from collections.abc import Callable, Iterable, Iterator
 from brake_monitor.compiled.kept_code import can_be_compiled, have_made, with_machine_code
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.processing.aligned_taker import block_taker
 from brake_monitor.processing.pipeline import Outputs, Pipeline
 
 LONG_FRAMES = 200_000  # so many frames to come are worth loading numba (a second); after so many, more are likely
@@ -31,7 +32,7 @@ def play(
             if taker is None:
                 have_made(pipeline.estimator)  # meanwhile Python goes on
             else:
-                pipeline.taker, in_python = taker, False
+                pipeline.taker, in_python = block_taker(pipeline.estimator, taker), False
         yield from pipeline.play(block, decode and decode(block))
         frames = read
 

@@ -72,7 +72,7 @@ class Known:
 def take_all(estimator: Estimator, samples: SampleBlock, every_s: float = 0.0) -> Known:
     """Let an estimator take all samples; what it knows after each frame with readings, or some every so often."""
     row = _rows(samples, every_s)
-    taker = with_machine_code(estimator)
+    taker = None if estimator.waits else with_machine_code(estimator)
     rows = taker.take_all(samples, row) if taker is not None else _one_by_one(estimator, samples, row)
     return Known(rows[np.isfinite(rows[:, 0])])
 

@@ -100,7 +100,9 @@ class Judge(Struct, frozen=True):
 
     def have_compiled(self) -> None:
         """Let machine code be made of the estimator that is needed; until it is there Python scores."""
-        have_made(Estimator(self.vehicle, self.settings, self.channels))
+        estimator = Estimator(self.vehicle, self.settings, self.channels)
+        if not estimator.waits:
+            have_made(estimator)
 
     def _likelihood(self, recording: Recording, tuning: Tuning) -> Likelihood:
         estimator = Estimator(self.vehicle, self.settings, self.channels, tuning, foretells=True)

@@ -47,6 +47,15 @@ class Alignment:
         """The instant up to which, at this time, the samples of all sensors have arrived."""
         return time_s - self._longest_s
 
+    def take_over(self) -> list[Sample]:
+        """The waiting samples, oldest first, by the times that they tell of; none of them waits here any more."""
+        return [heappop(self._waiting)[2] for _ in range(len(self._waiting))]
+
+    def give_back(self, waiting: Iterable[Sample]) -> None:
+        """Let samples wait, given as `take_over` gives them."""
+        self._waiting = [(sample.time_s, place, sample) for place, sample in enumerate(waiting)]
+        self._count = len(self._waiting)
+
     def _drop(self, lapsed: Sample) -> None:
         """Drop the waiting samples of a channel that has lapsed: they would make it seem to go on."""
         self._waiting = [waiting for waiting in self._waiting if waiting[2].measurand != lapsed.measurand]
