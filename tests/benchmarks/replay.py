@@ -69,10 +69,19 @@ def compare_formats(folder: Path, minutes: float) -> None:
     heading("", "CPU, s", "times real time", "against ours", "peak, MB")
     for suffix, kind in ((".log", "candump"), (".blf", "BLF")):
         config, log = folder / "wagon.toml", folder / f"wagon{suffix}"
-        own, plain, other = ours(config, log), ours(config, log, "numba"), assembled(config, log)
-        for name, cost in (("ours", own), ("without numba", plain), ("assembled", other)):
+        own, late, plain = ours(config, log), ours(late_speed(config), log), ours(config, log, "numba")
+        costs = {"ours": own, "a late speed": late, "without numba": plain, "assembled": assembled(config, log)}
+        for name, cost in costs.items():
             speed = f"{minutes * 60.0 / cost.cpu_s:.0f}"
             tell(f"{kind}, {name}", f"{cost.cpu_s:.1f}", speed, f"{cost.cpu_s / own.cpu_s:.1f}", f"{cost.peak_mb:.0f}")
+
+
+def late_speed(config: Path) -> Path:
+    """The same configuration with a vehicle speed that lags, for which all other samples wait."""
+    late = config.with_name("late.toml")
+    text = config.read_text(encoding="utf-8")
+    late.write_text(text.replace("\nspeed = {", "\nspeed = { delay_s = 0.1,"), encoding="utf-8")
+    return late
 
 
 def compare_vehicles(folder: Path, minutes: float) -> None:
