@@ -11,7 +11,7 @@ import weakref
 from contextlib import ExitStack, suppress
 from pathlib import Path
 from queue import Queue
-from typing import Any
+from typing import Any, NoReturn
 
 import pytest
 import zenoh
@@ -22,6 +22,7 @@ from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.publishing import handover
 from brake_monitor.publishing import publisher as publisher_module
 from brake_monitor.publishing.about import about
+from brake_monitor.publishing.answers import Answerer
 from brake_monitor.publishing.health import intake_of
 from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
 from brake_monitor.publishing.publisher import CLOSE_S, Publisher
@@ -317,6 +318,19 @@ def test_closing_without_a_session_or_twice_is_harmless() -> None:
         publisher.close()
         publisher.close()
         publisher.publish(Outputs(estimate(), (alarm(),)))  # too late, and still no exception
+
+
+@pytest.mark.filterwarnings("ignore::pytest.PytestUnhandledThreadExceptionWarning")
+def test_the_heart_stops_when_questions_are_no_longer_answered(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The watchdog then has the daemon started anew, rather than nobody notice."""
+
+    def fail(*_: object) -> NoReturn:
+        raise RuntimeError("an error of ours")
+
+    monkeypatch.setattr(Answerer, "newest", fail)
+    with running() as publisher, session(publisher.endpoints[0]) as other:
+        list(other.get("brake/v1/wagon-1/estimate", timeout=1.0))
+        until(lambda: publisher.heartbeat_age_s() > 3.0)  # ten turns
 
 
 def test_more_alarms_than_may_wait_are_counted_and_the_newest_kept(monkeypatch: pytest.MonkeyPatch) -> None:

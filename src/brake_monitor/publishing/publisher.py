@@ -126,6 +126,7 @@ class Publisher:
     def heartbeat_age_s(self) -> float:
         """Seconds since the thread last completed a turn; it does so several times a second when all is well.
 
+        Turns no longer count once the thread that answers questions has ended, which it does of an error of ours.
         0 while a router is looked for: an attempt may take long, and nothing else waits for it.
         """
         return 0.0 if self._looking else time.monotonic() - self._beat_s
@@ -162,7 +163,8 @@ class Publisher:
         if link is not None:
             try:
                 while self._turn(link, events):
-                    self._beat_s = time.monotonic()
+                    if link.is_answering:
+                        self._beat_s = time.monotonic()
             finally:
                 link.close()
 

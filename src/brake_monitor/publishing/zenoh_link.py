@@ -72,6 +72,11 @@ class ZenohLink:
         self._token = self._session.liveliness().declare_token(self._keys.wagon)
         self._namesake = Namesake(self._session, self._keys)
 
+    @property
+    def is_answering(self) -> bool:
+        """Whether the thread that answers has not ended."""
+        return self._thread.is_alive()
+
     def locators(self) -> tuple[str, ...]:
         """The endpoints listened on, as the session itself reports them: port 0 has become a number."""
         key = f"@/{self._session.info.zid()}/peer"
