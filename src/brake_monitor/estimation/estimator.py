@@ -133,10 +133,13 @@ class Estimator:
         self.protections.see(self.core.glance)
 
     def _take_in_order(self, sample: Sample) -> bool:
-        if sample.quality is GOOD and not is_possible(sample):
-            return self._take_with_care(sample)
         fused = False
-        for aligned in self.alignment.put(sample):
+        if sample.quality is GOOD and not is_possible(sample):
+            self._take_with_care(sample)
+            ready = self.alignment.ready(sample.time_s)
+        else:
+            ready = self.alignment.put(sample)
+        for aligned in ready:
             fused |= self._take_with_care(aligned)
         return fused
 

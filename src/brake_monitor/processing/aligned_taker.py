@@ -24,8 +24,7 @@ class AlignedTaker:
         self._numbers = {channel.measurand: number for number, channel in enumerate(estimator.channels)}
         self._block: SampleBlock | None = None  # as captured
         self._aligned: SampleBlock | None = None  # the same, with what has waited, in order; None: time goes back in it
-        self._arrival: Ints  # for each aligned sample its place in the block, -1: it has waited from before
-        self._taken_with: list[int]  # for each the place of the sample with whose arrival it is taken
+        self._taken_with: list[int]  # for each aligned sample the place of the one with whose arrival it is taken
         self._impossible: list[int]  # places of samples that do not wait
         self._next = 0  # aligned sample to be taken
         self._end = 0  # of what has arrived, a place in the block
@@ -48,8 +47,8 @@ class AlignedTaker:
         """Let the estimator know of them, and of those that wait."""
         self._taker.settle()
         if self._aligned is not None:
-            waits = self._arrival[self._next :] < self._end
-            self._estimator.alignment.give_back(self._aligned.at(self._next + np.flatnonzero(waits)))
+            waits = self._next + np.flatnonzero(self._aligned.frame[self._next :] < self._end)
+            self._estimator.alignment.give_back(self._aligned.at(waits))
         self._block = self._aligned = None
 
     def estimate(self, time_s: float | None) -> Estimate:
@@ -70,31 +69,30 @@ class AlignedTaker:
         if np.any(np.diff(time_s) < 0.0) or (waiting and time_s[0] < waiting[-1].time_s):
             self._estimator.alignment.give_back(waiting)
             return
-        is_good = samples.quality == Quality.GOOD
-        is_impossible = is_good & ~(np.abs(samples.value) <= self._largest[samples.channel])
+        is_impossible = (samples.quality == Quality.GOOD) & ~(np.abs(samples.value) <= self._largest[samples.channel])
         self._impossible = np.flatnonzero(is_impossible).tolist()
-        arriving = begin + np.flatnonzero(~is_impossible[begin:])
-        self._order(waiting, samples, arriving)
+        self._aligned = self._in_order(waiting, samples, begin + np.flatnonzero(~is_impossible[begin:]))
+        ready = begin + np.searchsorted(time_s - np.max(self._delay_s), self._aligned.time_s)
+        self._taken_with = np.maximum(ready, self._aligned.frame).tolist()
+        self._next = self._end = 0
 
-    def _order(self, waiting: Sequence[Sample], samples: SampleBlock, arriving: Ints) -> None:
-        captured_s, channel = samples.time_s[arriving], samples.channel[arriving]
+    def _in_order(self, waiting: Sequence[Sample], samples: SampleBlock, places: Ints) -> SampleBlock:
+        """What waits and the samples in these places, as of the instants that they tell of.
+
+        What they have for a frame is the place of arrival in the block, -1 for what waits from before.
+        """
         old = Columns.of([(-1, self._numbers[one.measurand], one.value, one.quality) for one in waiting])
-        seen_s = np.concatenate(([one.time_s for one in waiting], captured_s - self._delay_s[channel]))
-        arrival = np.concatenate((old.frame, arriving))
+        channel = samples.channel[places]
+        seen_s = np.concatenate(([one.time_s for one in waiting], samples.time_s[places] - self._delay_s[channel]))
         order = np.argsort(seen_s, kind="stable")
-        self._aligned = SampleBlock(
+        return SampleBlock(
             samples.channels,
-            arrival[order],
+            np.concatenate((old.frame, places))[order],
             seen_s[order],
             np.concatenate((old.channel, channel))[order],
-            np.concatenate((old.value, samples.value[arriving]))[order],
-            np.concatenate((old.quality, samples.quality[arriving]))[order],
+            np.concatenate((old.value, samples.value[places]))[order],
+            np.concatenate((old.quality, samples.quality[places]))[order],
         )
-        self._arrival = arrival[order]
-        whole_until_s = captured_s - np.max(self._delay_s)
-        ready = np.append(arriving, len(samples))[np.searchsorted(whole_until_s, seen_s[order])]
-        self._taken_with = np.maximum(ready, self._arrival).tolist()
-        self._next = self._end = 0
 
 
 def block_taker(estimator: Estimator, taker: BlockTaker) -> BlockTaker:

@@ -284,7 +284,7 @@ class Pipeline:
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:
             return NOTHING
-        estimate = self.taker.estimate(self._catch_up(time_s) if blind else None)
+        estimate = self.taker.estimate(self.estimator.catch_up(time_s) if blind else None)
         observed = NOTHING
         if turn != self._observed_turn:
             self._observed_turn = turn
@@ -293,11 +293,6 @@ class Pipeline:
             return observed
         given = qualified(estimate, self.monitor.misled_by | self._input_judge.misled_by)
         return Outputs(given.by_the_clock, observed.alarms, observed.applications)
-
-    def _catch_up(self, time_s: float) -> float:
-        """Let no sample wait any longer; until when all are taken."""
-        self.taker.settle()
-        return self.estimator.catch_up(time_s)
 
     def _observe(self, estimate: Estimate, time_s: float) -> Outputs:
         """Judge the inputs, keep the books of the brake units, show the rules all of it; what changed and ended."""
