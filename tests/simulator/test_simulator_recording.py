@@ -1,6 +1,7 @@
 """From truth to frames and files: what the bus carries is the truth within the sensors' errors, seed by seed."""
 
 import csv
+import gzip
 import json
 import logging
 import shutil
@@ -229,6 +230,15 @@ def test_every_log_format_reads_back_as_it_was(suffix: str, tmp_path: Path) -> N
     ]
     spans = [message.timestamp - read[0].timestamp for message in read]
     np.testing.assert_allclose(spans, [f.time_s - frames[0].time_s for f in frames], atol=1e-3)
+
+
+def test_a_name_may_have_dots(tmp_path: Path) -> None:
+    frames = run(SHORT, settings("wagon"), seed=5).frames[:500]
+    plain, packed = tmp_path / "run.log", tmp_path / "monday.v2.log.gz"
+    write_log(plain, frames)
+    write_log(packed, frames)
+    assert gzip.decompress(packed.read_bytes()) == plain.read_bytes()
+    assert len(list(tmp_path.iterdir())) == 2
 
 
 @pytest.fixture(scope="module")

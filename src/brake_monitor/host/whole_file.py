@@ -11,7 +11,7 @@ from brake_monitor.errors import InputError, WorkError
 
 @contextmanager
 def whole_file(path: Path) -> Iterator[Path]:
-    """Give a neighbour of `path` with the same suffixes to write to; it takes the place of `path` when complete.
+    """Give a neighbour of `path` with its last two suffixes to write to; it takes the place of `path` when complete.
 
     A link stays one: what it leads to is written.
     Raises WorkError when the disk does not let it be written.
@@ -21,8 +21,10 @@ def whole_file(path: Path) -> Iterator[Path]:
         is_special = _is_special(target)
     if is_directory:
         raise WorkError(f"{path}: cannot be written: it is a directory")
-    # Two processes may write the same file: the last one's stays, whole.
-    part = target if is_special else target.with_name(f".part-{os.getpid()}-{path.name}")
+    # Two processes may write the same file: the last one's stays, whole. python-can takes all suffixes for the format.
+    kind = "".join(path.suffixes[-2:])
+    name = path.name.removesuffix(kind).replace(".", "_") + kind
+    part = target if is_special else target.with_name(f".part-{os.getpid()}-{name}")
     try:
         with _saying_where(path):
             yield part
