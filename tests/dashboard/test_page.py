@@ -480,9 +480,9 @@ def test_who_looks_long_does_not_make_the_page_grow(depot: Depot, open_page: Ope
       const { History } = await import("/history.js");
       const history = new History();
       const columns = (...names) => Object.fromEntries(names.map((name) => [name, Array(100).fill(0.1)]));
-      const wagon = columns("speed_mps", "adhesion", "adhesion_std", "saturated", "sanding");
+      const wagon = columns("speed_mps", "adhesion", "adhesion_std", "adhesion_available");
       const wheelset = columns("slip", "omega_radps", "pressing_force_n", "friction", "friction_std", "held",
-        "adhesion", "adhesion_std", "wsp_active");
+        "adhesion", "wsp_active");
       for (let turn = 0; turn < 200; turn++) {
         const time_s = Array.from({ length: 100 }, (_, k) => turn * 10 + k / 10);
         history.take({ anew: turn === 0, time_s, ...wagon, wheelsets: { 1: wheelset } });

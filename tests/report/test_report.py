@@ -22,7 +22,7 @@ from brake_monitor.dashboard.recent import WHEELSET_COLUMNS
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.report import tables
-from brake_monitor.report.curves import Curves, thinned
+from brake_monitor.report.curves import Curves, to_draw
 from brake_monitor.report.page import STEPS, page
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.summary import summary
@@ -45,8 +45,8 @@ def written(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def data_of(path: Path) -> dict[str, Any]:
-    found = re.search(r'<script type="application/json" id="packed">(.*?)</script>', path.read_text(), re.DOTALL)
+def data_of(report: str) -> dict[str, Any]:
+    found = re.search(r'<script type="application/json" id="packed">(.*?)</script>', report, re.DOTALL)
     assert found
     data: dict[str, Any] = json.loads(found[1])
     return data
@@ -61,7 +61,7 @@ def unpacked(column: dict[str, Any]) -> np.ndarray:
 
 
 def test_its_curves_are_what_replay_writes(written: Path) -> None:
-    columns = data_of(written / "slide.html")["columns"]
+    columns = data_of((written / "slide.html").read_text())["columns"]
     with (written / "slide.csv").open() as stream:
         rows = list(csv.DictReader(stream))
     times_s = [float(row["time_s"]) for row in rows]
@@ -186,7 +186,11 @@ def test_a_clock_that_was_set_back_leaves_a_length_and_a_beginning(tmp_path: Pat
     assert next(summary(back)).partition(" of ")[0] == next(summary(in_order)).partition(" of ")[0]
     begins = re.search("Begins</dt><dd>.*?</dd>", page(in_order, "x.log", ""))
     assert begins is not None
-    assert begins[0] in page(back, "x.log", "")
+    report = page(back, "x.log", "")
+    assert begins[0] in report
+    time_s = unpacked(data_of(report)["columns"]["time_s"])  # else nothing could be drawn over it
+    assert (np.diff(time_s) >= 0.0).all()
+    assert time_s[0] == 0.0
 
 
 def test_markup_in_names_stays_text(tmp_path: Path) -> None:
@@ -264,7 +268,7 @@ def test_without_positions_there_is_no_map(tmp_path: Path) -> None:
 @given(st.integers(3, 400), st.integers(10, 60), st.randoms(use_true_random=False))
 def test_of_too_many_rows_every_peak_stays(rows: int, most: int, random: Any) -> None:
     values = np.array([[float(k), random.uniform(-1.0, 1.0), random.choice([np.nan, 1.0])] for k in range(rows)])
-    thin = thinned(values, most)
+    thin = to_draw(values, most)
     assert len(thin) <= most
     assert (np.diff(thin[:, 0]) > 0).all()
     assert (thin[:, 1].min(), thin[:, 1].max()) == (values[:, 1].min(), values[:, 1].max())
@@ -274,16 +278,25 @@ def test_of_too_many_rows_every_peak_stays(rows: int, most: int, random: Any) ->
         assert near[:, 1].min() <= row[1] <= near[:, 1].max()
 
 
+def test_of_too_many_rows_what_the_rail_gave_is_not_mistaken_for_what_was_used_besides() -> None:
+    curves = Curves(2)
+    for k in range(100):
+        slides = k == 55
+        curves.take(estimate(time_s=float(k), saturated=slides, adhesion=0.03 if slides else 0.1), lambda *_: True)
+    available = curves.columns(to_draw(curves.table(), 10))["adhesion_available"]
+    assert available[np.isfinite(available)].tolist() == [0.03, 0.03]
+
+
 def test_an_invalid_estimate_is_a_gap_in_the_curves_and_so_is_an_input_that_is_not_told() -> None:
     curves = Curves(2)
     held = wheelset(friction_status=Status.INVALID)
     for told in ([], [Quantity.SPEED], [Quantity.AXLE_SPEED], [Quantity.SPEED, Quantity.AXLE_SPEED]):
         curves.take(estimate(status=Status.INVALID, wheelsets=(held, wheelset())), lambda q, _, told=told: q in told)
     columns = curves.columns(curves.table())
-    assert all(np.isnan(columns[name]).all() for name in ("speed_mps", "adhesion", "adhesion_std"))
-    assert not columns["saturated"].any()
+    names = ("speed_mps", "adhesion", "adhesion_std", "adhesion_available")
+    assert all(np.isnan(columns[name]).all() for name in names)
     first, second = (columns["wheelsets"][i] for i in (1, 2))
-    for name in ("friction", "friction_std", "adhesion", "adhesion_std"):
+    for name in ("friction", "friction_std", "adhesion"):
         assert np.isnan(first[name]).all()
         assert np.isfinite(second[name]).all()
     for name, is_gap in (("slip", [1, 1, 1, 0]), ("omega_radps", [1, 1, 0, 0]), ("pressing_force_n", [1, 1, 1, 1])):
@@ -306,8 +319,7 @@ def test_places_of_low_adhesion_are_on_the_map_and_no_position_is_no_map() -> No
     columns = {
         "latitude_deg": np.linspace(52.0, 52.01, 100),
         "longitude_deg": np.linspace(10.0, 10.01, 100),
-        "saturated": np.repeat([0.0, 1.0], 50),
-        "adhesion": np.full(100, 0.03),
+        "adhesion_available": np.repeat([np.nan, 0.03], 50),
     }
     evidence = {"latitude_deg_start": 52.005, "longitude_deg_start": 10.005}
     drawn = drawing(columns, (alarm(evidence=evidence, message="<b>"), alarm(kind="hot_disc")), settings, 0.0)

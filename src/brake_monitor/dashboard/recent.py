@@ -13,7 +13,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
 
 CAPACITY = 3000  # rows: five minutes at 10 Hz, as much as a daemon can be asked for
-WAGON_COLUMNS = ("speed_mps", "adhesion", "adhesion_std", "saturated", "sanding")
+WAGON_COLUMNS = ("speed_mps", "adhesion", "adhesion_std", "adhesion_available")  # the last: while saturated
 WHEELSET_COLUMNS = (
     "slip",
     "omega_radps",
@@ -22,7 +22,6 @@ WHEELSET_COLUMNS = (
     "friction_std",
     "held",
     "adhesion",
-    "adhesion_std",
     "wsp_active",
 )
 DECIMALS = 5
@@ -150,12 +149,8 @@ def _put(part: Rows, number: int, values: list[float | None]) -> None:
 
 def _wagon_row(m: AdhesionMessage) -> list[float | None]:
     if m.status is Status.INVALID:
-        return [None, None, None, 0.0, _flag(m.sanding)]
-    return [m.speed_mps, m.adhesion, m.adhesion_std, float(m.saturated), _flag(m.sanding)]
-
-
-def _flag(value: bool | None) -> float | None:
-    return None if value is None else float(value)
+        return [None] * len(WAGON_COLUMNS)
+    return [m.speed_mps, m.adhesion, m.adhesion_std, m.adhesion if m.saturated else None]
 
 
 def _wheelset_row(m: FrictionMessage) -> list[float | None]:
@@ -167,8 +162,7 @@ def _wheelset_row(m: FrictionMessage) -> list[float | None]:
         None if m.status is Status.INVALID else m.friction_std,
         float(m.status is Status.HELD),
         m.adhesion,
-        m.adhesion_std,
-        _flag(m.wsp_active),
+        None if m.wsp_active is None else float(m.wsp_active),
     ]
 
 

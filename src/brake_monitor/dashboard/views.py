@@ -27,7 +27,6 @@ class Line(Struct, frozen=True):
     speed_mps: float | None
     adhesion: float | None
     adhesion_std: float | None
-    saturated: bool
     level: str | None  # the worst that applies while saturated; None: adhesion is only what is used
     alarms: dict[str, int]  # open ones by severity
     worst: dict[str, Any] | None
@@ -112,7 +111,6 @@ def _line(wagon: Wagon, now_s: float, *, sparks: bool) -> Line:
         speed_mps=message.speed_mps if message else None,
         adhesion=message.adhesion if message else None,
         adhesion_std=message.adhesion_std if message else None,
-        saturated=message is not None and message.saturated,
         level=wagon.level,
         alarms={severity: sum(alarm.severity is severity for alarm in still) for severity in Severity},
         worst=_in_short(still[0]) if still else None,

@@ -26,9 +26,10 @@ class Curves:
     def take(self, estimate: Estimate, is_told: Callable[[Quantity, int], bool]) -> None:
         """Append a row; `is_told`: whether the input of this quantity and wheelset (from 0) tells what is."""
         e, valid = estimate, estimate.status is not Status.INVALID
-        wagon = (e.speed_mps, e.adhesion, e.adhesion_std) if valid else (nan, nan, nan)
+        available = e.adhesion if e.saturated else nan
+        wagon = (e.speed_mps, e.adhesion, e.adhesion_std, available) if valid else (nan,) * len(WAGON_COLUMNS)
         place = (nan if x is None else x for x in (e.latitude_deg, e.longitude_deg))
-        self._values.extend((e.time_s, e.distance_m, *place, *wagon, float(e.saturated and valid), float(e.sanding)))
+        self._values.extend((e.time_s, e.distance_m, *place, *wagon))
         speed_told = is_told(Quantity.SPEED, 0)
         for i, own in enumerate(e.wheelsets):
             known = own.friction_status is not Status.INVALID
@@ -42,7 +43,6 @@ class Curves:
                     own.friction_std if known else nan,
                     float(own.friction_status is Status.HELD),
                     own.adhesion if known else nan,
-                    own.adhesion_std if known else nan,
                     float(own.wsp_active),
                 )
             )
@@ -64,11 +64,13 @@ class Curves:
         }
 
 
-def thinned(table: Floats, most_rows: int = MOST_ROWS) -> Floats:
-    """At most so many rows: of every stretch one row of the least and one of the greatest values.
+def to_draw(table: Floats, most_rows: int = MOST_ROWS) -> Floats:
+    """At most so many rows in the order of their times: of every stretch one of the least, one of the greatest values.
 
     Nothing is smoothed: every peak stays as high as it was, at most a stretch away from where it was.
     """
+    if (np.diff(table[:, 0]) < 0.0).any():  # a clock was set back
+        table = table[np.argsort(table[:, 0], kind="stable")]
     if len(table) <= most_rows:
         return table
     stretches = most_rows // 2

@@ -13,7 +13,7 @@ from brake_monitor.arrays import Floats
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.figure_style import BLUE, DARK, GREEN, PURPLE, STYLE, VERMILION
 from brake_monitor.host.whole_file import whole_file
-from brake_monitor.report.curves import thinned
+from brake_monitor.report.curves import to_draw
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.track_map import TrackMap, beginnings, stretches
 
@@ -53,17 +53,17 @@ def _save(figure: Figure, path: Path, suffix: str) -> None:
 
 def _figures(recording: Recording) -> Iterator[tuple[str, Draw]]:
     table = recording.curves.table()
-    columns = recording.curves.columns(thinned(table, MOST_POINTS))
-    time_s = columns["time_s"] - (table[0, 0] if len(table) else 0.0)
+    every, columns = recording.curves.columns(table), recording.curves.columns(to_draw(table, MOST_POINTS))
+    time_s = columns["time_s"] - recording.begun_s
     yield "adhesion", partial(_adhesion, recording, columns, time_s)
     yield "speeds", partial(_speeds, columns, time_s)
     yield "pressing_forces", partial(_per_wheelset, columns, time_s, ("pressing_force_n", 1e-3, "pressing force, kN"))
     yield "slip", partial(_per_wheelset, _with_slip(columns), time_s, ("slip", 100.0, "slip, %"))
     for i in columns["wheelsets"]:
         yield f"friction_{i}", partial(_friction, recording, columns, time_s, i)
-    yield "adhesion_over_slip", partial(_over_slip, recording.curves.columns(table))
-    if np.isfinite(columns["latitude_deg"] + columns["longitude_deg"]).any():
-        yield "map", partial(_map, recording, columns)
+    yield "adhesion_over_slip", partial(_over_slip, every)
+    if np.isfinite(every["latitude_deg"] + every["longitude_deg"]).any():
+        yield "map", partial(_map, recording, every)
 
 
 def _with_slip(columns: dict[str, Any]) -> dict[str, Any]:
@@ -92,8 +92,7 @@ def _adhesion(recording: Recording, columns: dict[str, Any], time_s: Floats, axe
         axes.axhspan(low, high, color=colour, zorder=0)
     axes.fill_between(time_s, adhesion - std, adhesion + std, color=RAIL, alpha=0.25, linewidth=0)
     axes.plot(time_s, adhesion, color=RAIL, label="in use")
-    gives = np.where(columns["saturated"] == 1.0, adhesion, np.nan)
-    axes.plot(time_s, gives, color=GIVES, linewidth=2.2, label="all that the rail gives")
+    axes.plot(time_s, columns["adhesion_available"], color=GIVES, linewidth=2.2, label="all that the rail gives")
     axes.set(xlabel="time, s", xlim=_whole(time_s), ylabel="adhesion", ylim=(0.0, None))
     axes.legend(loc="upper right")
 

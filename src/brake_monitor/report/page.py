@@ -15,7 +15,7 @@ from brake_monitor import __version__
 from brake_monitor.arrays import Floats
 from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
 from brake_monitor.report import tables, track_map
-from brake_monitor.report.curves import thinned
+from brake_monitor.report.curves import to_draw
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.summary import summary
 
@@ -87,7 +87,7 @@ def _program() -> str:
 def _data(recording: Recording) -> str:
     """Everything that the figures show; each column scaled to 16 bits and packed, so that an hour is a small file."""
     settings, begun_s = recording.settings, recording.begun_s
-    columns = recording.curves.columns(thinned(recording.curves.table()))
+    columns = recording.curves.columns(to_draw(recording.curves.table()))
     data: dict[str, Any] = {
         "columns": {
             "time_s": _packed(columns["time_s"] - begun_s, exact=True),

@@ -57,8 +57,9 @@ def _brakings(recording: Recording) -> str:
 def _rail(recording: Recording, columns: dict[str, Any]) -> str:
     rule = recording.settings.alarms.low_adhesion
     with np.errstate(invalid="ignore"):
-        told = (columns["saturated"] == 1.0) & (columns["speed_mps"] > rule.min_speed_mps) & (columns["adhesion"] > 0.0)
-    asked, period_s = columns["adhesion"][told], float(np.median(np.diff(columns["time_s"]))) if len(told) > 1 else 0.0
+        told = (columns["adhesion_available"] > 0.0) & (columns["speed_mps"] > rule.min_speed_mps)
+    asked = columns["adhesion_available"][told]
+    period_s = float(np.median(np.diff(columns["time_s"]))) if len(told) > 1 else 0.0
     if len(asked) == 0 or len(asked) * period_s < rule.debounce_s:  # what is shorter is a bump
         return "The wheels never asked for more than the rail gave; how much it would have given is not known."
     least, middle = float(asked.min()), float(np.median(asked))

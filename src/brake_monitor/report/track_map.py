@@ -72,9 +72,9 @@ class TrackMap:
 
 def stretches(columns: dict[str, Floats], rule: LowAdhesionRule) -> tuple[Bools, Bools]:
     """Where all that the rail gave was low, and where it was very low."""
-    asked = columns["saturated"] == 1.0
+    available = columns["adhesion_available"]  # NaN, which is not below, where the wheels asked for less
     with np.errstate(invalid="ignore"):
-        return asked & (columns["adhesion"] < rule.low), asked & (columns["adhesion"] < rule.very_low)
+        return available < rule.low, available < rule.very_low
 
 
 def beginnings(alarms: Iterable[Alarm]) -> Iterator[tuple[float, float, Alarm]]:

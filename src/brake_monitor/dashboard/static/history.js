@@ -6,15 +6,14 @@ const GAP_S = 1.5; // a longer pause between rows is drawn as a gap
 const PERIODS = 3;
 const SLOWEST_MPS = 1; // below it slip has no meaning, and none is given
 
-const WAGON = ["speed_mps", "adhesion", "adhesion_std", "saturated", "sanding"];
-const WHEELSET = ["slip", "omega_radps", "pressing_force_n", "friction", "friction_std", "held", "adhesion", "adhesion_std", "wsp_active"];
+const WAGON = ["speed_mps", "adhesion", "adhesion_std", "adhesion_available"];
+const WHEELSET = ["slip", "omega_radps", "pressing_force_n", "friction", "friction_std", "held", "adhesion", "wsp_active"];
 
 // What is drawn besides what was heard, each from one row's values.
 const WAGON_DRAWN = {
   speed_kmh: (w) => scaled(w.speed_mps, 3.6),
   adhesion_low: (w) => minus(w.adhesion, w.adhesion_std),
   adhesion_high: (w) => minus(w.adhesion, scaled(w.adhesion_std, -1)),
-  adhesion_available: (w) => (w.saturated ? w.adhesion : null),
 };
 const WHEELSET_DRAWN = {
   speed_kmh: wheelSpeed,
