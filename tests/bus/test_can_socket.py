@@ -55,5 +55,8 @@ def test_filters_and_frames_go_by_the_flag_in_the_highest_of_32_bits(kernel: Ker
 
 
 def test_a_time_out_is_the_one_that_takes_two_longs(kernel: Kernel) -> None:
-    CanSocket("can0", (), "can0").recv(1.5)
+    bus = CanSocket("can0", (), "can0")
+    bus.recv(1.5)
     assert kernel.options[socket.SOL_SOCKET, SO_RCVTIMEO_OLD] == struct.pack("@ll", 1, 500_000)
+    bus.recv(0.25)
+    assert kernel.options[socket.SOL_SOCKET, SO_RCVTIMEO_OLD] == struct.pack("@ll", 0, 250_000)

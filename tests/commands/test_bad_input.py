@@ -301,6 +301,8 @@ def test_a_dbc_that_is_named_wrongly(folder: Path) -> None:
     edit(folder, 'dbc = ["wagon.dbc"]', 'dbc = ["wagn.dbc"]')
     sentence = 'wagn.dbc: cannot be read: No such file or directory; of DBC files did you mean "wagon.dbc"?'
     assert_refused(folder, "check -c wagon.toml", sentence)
+    line = edit(folder, "[can]", "[[can]]") + 3
+    assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: can.dbc: ", sentence)
 
 
 @pytest.mark.skipif(sys.version_info >= (3, 15), reason="there its lines may be as many as one likes")

@@ -347,6 +347,12 @@ def test_text_from_outside_does_nothing_to_the_terminal() -> None:
     assert "\x1b" not in drawn(watched)
 
 
+def test_brackets_in_a_name_are_no_markup() -> None:
+    watched = Watched("brake/v1")
+    hear(watched, "wagon[a]/adhesion", AdhesionMessage.of(estimate(), 1, 0.0))
+    assert "wagon[a]" in drawn(watched)
+
+
 def test_an_alarm_is_news_once() -> None:
     watched = Watched("brake/v1")
     payload = encode(AlarmMessage.of(alarm(), 1, 0.0))

@@ -41,7 +41,7 @@ class CanLink(NamedTuple):
     @property
     def cannot_disturb(self) -> bool:
         """Whether nothing that this machine does can reach a wire."""
-        return self.kind in _WITHOUT_A_CONTROLLER or (self.kind == "can" and self.listen_only)
+        return self.kind in _WITHOUT_A_CONTROLLER or self.listen_only
 
 
 def read_link(name: str) -> CanLink:

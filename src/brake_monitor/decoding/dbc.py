@@ -83,7 +83,7 @@ def load_buses(settings: Settings) -> dict[str, BusDatabase]:
         try:
             databases[bus.name] = load_bus(bus.name, bus.dbc)
         except InputError as error:
-            line = place_of(settings.path, ("can", place, "dbc") if several else ("can", "dbc"))
+            line = place_of(settings.path, ("can", place, "dbc"))
             raise InputError(f"{line}: can{f'[{place + 1}]' if several else ''}.dbc: {error}") from None
     return databases
 

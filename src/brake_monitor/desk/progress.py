@@ -15,12 +15,13 @@ def with_progress(items: Iterable[Item], done: Callable[[], float], title: str) 
         return
     try:
         from rich.console import Console  # noqa: PLC0415 - an extra, and slow to import
+        from rich.markup import escape  # noqa: PLC0415
         from rich.progress import Progress  # noqa: PLC0415
     except ImportError:
         yield from items
         return
     with Progress(console=Console(stderr=True), transient=True) as bar:
-        task = bar.add_task(title, total=1.0)
+        task = bar.add_task(escape(title), total=1.0)
         for item in items:
             bar.update(task, completed=done())
             yield item

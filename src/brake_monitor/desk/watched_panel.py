@@ -23,7 +23,7 @@ def panel(watched: Watched, now_s: float, width: int, height: int, only: str | N
         shown = in_full(wagons[0], now_s, width - 4, height - 3)
     else:
         shown = _fleet(wagons, now_s, width - 4, height - 4)
-    title = f"[bold] {wagons[0].name if len(wagons) == 1 else f'{len(wagons)} wagons'} [/bold]"
+    title = Text(f" {wagons[0].name if len(wagons) == 1 else f'{len(wagons)} wagons'} ", style="bold")
     doubt = f" {plural(watched.not_understood, 'message')} not understood " if watched.not_understood else None
     return Panel(shown, title=title, title_align="left", subtitle=doubt, subtitle_align="left", width=width)
 

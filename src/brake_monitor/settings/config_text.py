@@ -72,21 +72,27 @@ class ConfigText:
 
     def refuse(self, key: KeyPath, sentence: str) -> NoReturn:
         """InputError about what stands at a key."""
-        written: KeyPath = ()
-        for part in key:  # a place that is not in the text: what was given once was made a list
-            if not isinstance(part, int) or (*written, part) in self._lines:
-                written = (*written, part)
-        raise InputError(f"{self._path}:{line_of(self._lines, written)}: {_dotted(written)}: {sentence}")
+        raise InputError(f"{self.place_of(key)}: {_dotted(self._as_written(key))}: {sentence}")
 
     def place_of(self, key: KeyPath) -> str:
         """FILE:LINE of a key, or of the nearest table above it."""
-        return f"{self._path}:{line_of(key_lines(self._text), key)}"
+        return f"{self._path}:{line_of(self._lines, self._as_written(key))}"
+
+    def _as_written(self, key: KeyPath) -> KeyPath:
+        """Without places that are not in the text: what was given once was made a list."""
+        written: KeyPath = ()
+        for part in key:
+            if not isinstance(part, int) or (*written, part) in self._lines:
+                written = (*written, part)
+        return written
 
 
 def place_of(path: Path, key: KeyPath) -> str:
     """Return "FILE:LINE" of a key in a configuration that was loaded, for what is found wrong with it later."""
     try:
-        return ConfigText.read(path).place_of(key)
+        text = ConfigText.read(path)
+        text.table()
+        return text.place_of(key)
     except (InputError, IndexError, ValueError):  # the file has changed since, or never existed
         return f"{path}"
 
