@@ -23,7 +23,7 @@ from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.event_queue import EVENTS_AGAIN, EventQueue, alarm_news
-from brake_monitor.publishing.handover import EVENTS_WAITING, Events
+from brake_monitor.publishing.handover import EVENTS_WAITING, Events, Handover
 from brake_monitor.publishing.health import Counters
 from brake_monitor.publishing.outbox import Event, EventLog, NoOutbox, Outbox, message_of
 from brake_monitor.publishing.payloads import AlarmMessage
@@ -241,6 +241,19 @@ def test_an_alarm_raised_anew_while_the_daemon_was_down_replaces_the_one_that_no
         assert told(other) == {"low_adhesion": ("new", 3)}
 
 
+def test_an_alarm_raised_just_before_the_open_ones_are_told_is_told_once_and_what_follows_comes_after() -> None:
+    outbox, handover = MemoryOutbox(), Handover(Counters())
+    keys = KeySpace("brake/v1", "wagon-1")
+    queue = EventQueue(outbox, keys, Published(), "json", Counters())
+    kept, raised = alarm(id="kept", kind="hot_disc"), alarm(id="raised")
+    handover.give(None, [alarm_news(keys, raised)])
+    handover.give_open_alarms((kept, raised))
+    handover.give(None, [alarm_news(keys, alarm(id="kept", kind="hot_disc", cleared_time_s=1700000009.0))])
+    queue.put(handover.events())
+    said = [json.loads(event.payload) for event in queue.unsent]
+    assert [(each["id"], each["state"]) for each in said] == [("raised", "open"), ("kept", "open"), ("kept", "cleared")]
+
+
 def test_events_of_another_source_are_known_but_not_told_again() -> None:
     """The memory could not be read for one run, which therefore began anew, and then it could."""
     outbox, other_run = MemoryOutbox(), MemoryOutbox()
@@ -389,7 +402,7 @@ def test_of_events_for_which_no_router_ever_comes_the_oldest_are_given_up_and_co
     events = EventQueue(MemoryOutbox(), keys, Published(), "json", counters)
     for day in range(25):
         news = (alarm_news(keys, alarm(id=f"{day}-{i}")) for i in range(500))
-        events.put(Events(deque(news), Counter(), None))
+        events.put(Events(deque(news), Counter(), None, 0))
     first, *_, last = (json.loads(event.payload) for event in events.unsent)
     assert len(events.unsent) == EVENTS_WAITING == 10_000
     assert counters.events_lost == 2500

@@ -5,6 +5,7 @@ import time
 from collections import deque
 from collections.abc import Iterator, Sequence
 from functools import partial
+from itertools import islice
 
 from msgspec.structs import replace
 
@@ -67,8 +68,7 @@ class EventQueue:
         """Number them and put them into the outbox. WorkError when that fails now; the next call tries again."""
         for stream, count in events.lost.items():
             self._log.skip(stream, count)
-        untold = () if events.still_open is None else self._untold(events.still_open)
-        for news in (*untold, *events.news):
+        for news in self._in_order(events):
             payload = encode(news.message(self._log.next_sequence(news.stream), time.time()), self._encoding)
             event = self._log.add(news.stream, news.key, payload, self._encoding, over=news.over)
             self._note(event)
@@ -85,6 +85,14 @@ class EventQueue:
                     del self._unkept[number]
                 raise
             self._unkept = {}
+
+    def _in_order(self, events: Events) -> Iterator[News]:
+        """The news, and between them what the alarms that are open call for, by all that was noted before."""
+        news = iter(events.news)
+        yield from islice(news, events.older)
+        if events.still_open is not None:
+            yield from self._untold(events.still_open)
+        yield from news
 
     def _untold(self, still_open: Sequence[Alarm]) -> Iterator[News]:
         """What subscribers must hear so that the alarms they take for open are those that are."""

@@ -45,7 +45,8 @@ class Events(NamedTuple):
 
     news: deque[News]
     lost: Counter[str]  # dropped while they waited, by stream
-    still_open: tuple[Alarm, ...] | None  # all that are as the daemon begins
+    still_open: tuple[Alarm, ...] | None  # all that are as the daemon begins ...
+    older: int  # ... and how many of the news were given before these
 
 
 class Handover:
@@ -60,6 +61,7 @@ class Handover:
         self._news: deque[News] = deque()
         self._lost: Counter[str] = Counter()
         self._still_open: tuple[Alarm, ...] | None = None
+        self._older = 0  # as in `Events`
         self._acknowledged: deque[str] = deque()
         self._unacknowledgeable = ""  # why, where no acknowledgement is accepted
         self._closing = False
@@ -81,6 +83,7 @@ class Handover:
             self._news.extend(news)
             while len(self._news) > EVENTS_WAITING:
                 self._lost[self._news.popleft().stream] += 1  # the newest tell most; subscribers see the gap
+                self._older = max(0, self._older - 1)
                 self._counters.events_lost += 1
             self._changed.notify()
 
@@ -93,7 +96,7 @@ class Handover:
     def give_open_alarms(self, alarms: tuple[Alarm, ...]) -> None:
         """Hand over all alarms that are open as the daemon begins."""
         with self._changed:
-            self._still_open = alarms
+            self._still_open, self._older = alarms, len(self._news)
             self._changed.notify()
 
     def acknowledged(self) -> list[str]:
@@ -126,8 +129,8 @@ class Handover:
     def events(self) -> Events:
         """The events that there are."""
         with self._changed:
-            events = Events(self._news, self._lost, self._still_open)
-            self._news, self._lost, self._still_open = deque(), Counter(), None
+            events = Events(self._news, self._lost, self._still_open, self._older)
+            self._news, self._lost, self._still_open, self._older = deque(), Counter(), None, 0
             return events
 
     def is_closed_within(self, span_s: float) -> bool:
