@@ -65,7 +65,11 @@ class EventQueue:
         self.source = self._log.source  # id of the session that is to publish them
 
     def put(self, events: Events) -> None:
-        """Number them and put them into the outbox. WorkError when that fails now; the next call tries again."""
+        """Number them and put them into the outbox. WorkError when that fails now; the next call tries again.
+
+        Each that cannot be kept is counted once, however often that is tried.
+        """
+        untried = 0
         for stream, count in events.lost.items():
             self._log.skip(stream, count)
         for news in self._in_order(events):
@@ -74,6 +78,7 @@ class EventQueue:
             self._note(event)
             self.unsent.append(event)
             self._unkept[event.number] = message_of(event)
+            untried += 1
         while len(self.unsent) > EVENTS_WAITING:  # no router has ever answered
             self.unsent.popleft()
             self._counters.events_lost += 1
@@ -81,6 +86,7 @@ class EventQueue:
             try:
                 self._outbox.keep(self._unkept)
             except BrakeMonitorError:
+                self._counters.publish_failures += untried
                 for number in list(self._unkept)[: max(0, len(self._unkept) - EVENTS_WAITING)]:
                     del self._unkept[number]
                 raise

@@ -223,7 +223,8 @@ class Publisher:
             if newest.intake is not None:
                 self._send_health(link, newest.intake, len(events.unsent))
         except zenoh.ZError as error:
-            self._fail("Zenoh refused to publish", reason_of(error))
+            self.counters.publish_failures += 1
+            self._warn_once("Zenoh refused to publish", reason_of(error))
             self._handover.is_closed_within(TURN_S)
         return not newest.is_last
 
@@ -231,10 +232,9 @@ class Publisher:
         try:
             events.put(self._handover.events())
         except BrakeMonitorError as error:
-            self._fail("events cannot be kept, a restart now would lose them", str(error))
+            self._warn_once("events cannot be kept, a restart now would lose them", str(error))
 
-    def _fail(self, what: str, reason: str) -> None:
-        self.counters.publish_failures += 1
+    def _warn_once(self, what: str, reason: str) -> None:
         if what not in self._told:
             self._told.add(what)
             log.warning("%s: %s", what, reason)
