@@ -56,7 +56,7 @@ class InputLost:
         self._all_fine = (FINE,) * len(self.wheelsets)
         self._losses = Losses(settings.losses_per_minute)
         self._lapsed_s: dict[Measurand, float] = {}  # since when each is lost
-        self._told: set[str] = set()  # what an earlier run has told to be lost, by its name in the DBC
+        self._unsure: set[str] = set()  # what was found, and has not come since; by its name in the DBC
         self._has_come: set[Measurand] = set()
         self._all_have_come = False
 
@@ -66,8 +66,9 @@ class InputLost:
         quiet_since_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if is_quiet(bus)}
         often = self._losses.see(seen, quiet_since_s)
         if not (seen.inputs.not_good or often):
-            self._lapsed_s = {}
+            self._lapsed_s, self._unsure = {}, set()
             return self._all_fine
+        self._unsure &= {report.channel.source for report in seen.inputs.not_good if report.condition in SILENT}
         lost = [r.measurand for r in seen.inputs.not_good if r.condition is InputCondition.LOST]
         self._lapsed_s = {measurand: min(self._lapsed_s.get(measurand, inf), seen.time_s) for measurand in lost}
         heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
@@ -75,7 +76,7 @@ class InputLost:
 
     def resume(self, _: int, evidence: Values) -> None:
         """Go on with signals that were lost."""
-        self._told.update(named_in(evidence))
+        self._unsure.update(named_in(evidence))
 
     def _note_what_comes(self, seen: Observation) -> None:
         if not self._all_have_come:
@@ -94,8 +95,8 @@ class InputLost:
         restless = [report for report in reports if report.measurand in often]
         lost = [r for r in gone if r not in restless and heard_s.get(r.channel.bus, -inf) > self._lapsed_s[r.measurand]]
         if not (lost or restless):
-            awaited = [report for report in reports if report.condition is InputCondition.AWAITED]
-            return UNKNOWN if gone or any(report.channel.source in self._told for report in awaited) else FINE
+            unsure = any(report.condition in SILENT and report.channel.source in self._unsure for report in reports)
+            return UNKNOWN if unsure else FINE
         came = [report for report in lost if report.measurand in self._has_come]
         never = [report for report in lost if report not in came]
         said = [
@@ -108,6 +109,7 @@ class InputLost:
             if some
         ]
         found = [report for report in reports if report in lost or report in restless]
+        self._unsure.update(report.channel.source for report in found)
         return Finding(severity(found), " ".join(said), evidence(found, often), is_all=True)
 
 
