@@ -3,13 +3,17 @@
 from functools import cache
 
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.processing.pipeline import Pipeline
+from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.brake_faults import BrakeFault
+from brake_monitor.simulator.physics.coupler import GivenPull
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import Profile, Scenario, Track, steps
+from brake_monitor.simulator.sensor_faults import SensorFailure, SensorFault
 from brake_monitor.simulator.simulate import EPOCH_S, run
 
 BRAKE_KINDS = {
@@ -122,3 +126,24 @@ def test_pads_that_give_too_little_everywhere_are_told_of_every_wheelset() -> No
     weak = Profile(((0.0, 0.66),))
     everywhere = Modifiers(brake_faults=(BrakeFault(0, friction=weak), BrakeFault(1, friction=weak)))
     assert kinds(alarms(everywhere)) == {("friction_out_of_band", 1), ("friction_out_of_band", 2)}
+
+
+def test_in_a_train_a_force_that_says_0_is_in_the_end_its_sensors_fault_alone() -> None:
+    """In so light a braking its creep shows only after some seconds that its brake works."""
+    settings = example_settings("bogie")
+    quick = replace(settings.alarms, brake_not_applied=BrakeNotAppliedRule(debounce_s=1.0))
+    settings = replace(settings, estimator=replace(settings.estimator, preset="train"), alarms=quick)
+    scenario = Scenario(
+        name="a light braking",
+        summary="coast, brake lightly from 8 s",
+        initial_speed_mps=38.0,
+        duration_s=17.0,
+        demand=steps((8.0, 0.25)),
+        rail_over_time=Profile(((0.0, 0.45),)),
+    )
+    dead = SensorFault("pressing_force", 0, SensorFailure.STUCK, from_s=0.0)
+    pipeline = Pipeline.from_settings(settings)
+    modifiers = Modifiers(train=GivenPull, sensor_faults=(dead,))
+    given = [alarm for frame in run(scenario, settings, 1, modifiers).frames for alarm in pipeline.step(frame).alarms]
+    assert ("brake_not_applied", 1) in kinds(tuple(given))
+    assert kinds(pipeline.monitor.open_alarms()) == {("input_implausible", 1)}

@@ -558,6 +558,22 @@ class TestBrakeNotApplied:
         verdicts = play(self.rule(), lambda t: (braked(t), 0.0), inputs=lost(quantity, InputCondition.LOST))
         assert {verdict for both in verdicts for verdict in both} == {UNKNOWN}
 
+    @pytest.mark.parametrize(
+        ("condition", "force_n", "verdict"),
+        [
+            (InputCondition.CONTRADICTED, 0.0, FINE),
+            (InputCondition.CONTRADICTED, FULL_N, UNKNOWN),  # it says that its brake presses, and it does not
+            (InputCondition.FROZEN, 0.0, UNKNOWN),
+            (InputCondition.IMPOSSIBLE, 0.0, UNKNOWN),
+        ],
+    )
+    def test_a_sensor_that_is_told_to_be_the_cause_clears_its_own_brake_and_no_other(
+        self, condition: InputCondition, force_n: float, verdict: Verdict
+    ) -> None:
+        inputs = lost(Quantity.PRESSING_FORCE, condition)
+        verdicts = play(self.rule(), lambda t: (min(force_n, braked(t)), braked(t)), inputs=inputs)
+        assert verdicts[300] == (verdict, UNKNOWN)
+
     def test_alone_a_wheelset_has_no_others(self) -> None:
         assert found(play(self.rule(1), lambda _: (0.0,))) == [None]
 

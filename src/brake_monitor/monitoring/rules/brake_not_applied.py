@@ -10,7 +10,7 @@ from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.participation import Participation
-from brake_monitor.samples import Quantity
+from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 
 BRAKES = 0.5  # of the others' creep: a wheelset that creeps more is braked, whatever its pressing force says
@@ -57,7 +57,9 @@ class BrakeNotApplied:
                 self._released_s[i] = now.time_s
         if seen.all_good:
             self._participation.see(now.time_s, seen.forces_n)
-        if count == 1 or not seen.all_good or now.speed_mps < self.settings.min_speed_mps:
+        if not seen.all_good:
+            return self._judge_beside_wrong_inputs(seen)
+        if count == 1 or now.speed_mps < self.settings.min_speed_mps:
             return self._all_unknown
         if max(seen.forces_n) < self._others_n:
             return self._all_unknown
@@ -65,6 +67,22 @@ class BrakeNotApplied:
             return (FINE,) * count
         creep = self._creep.creep(now)
         return tuple(self._judge(i, now, creep) for i in range(count))
+
+    def _judge_beside_wrong_inputs(self, seen: Observation) -> tuple[Verdict, ...]:
+        """Nothing can be said, but of a brake that has shown that it works: its sensor has been told to be the cause.
+
+        Creep and retardation may take longer to show so than the alarm to be raised.
+        """
+        works = [
+            report.channel.wheelset
+            for report in seen.inputs.not_good
+            if report.channel.quantity is Quantity.PRESSING_FORCE
+            and report.condition is InputCondition.CONTRADICTED
+            and seen.forces_n[report.channel.wheelset] < self._contact_force_n
+        ]
+        if not works:
+            return self._all_unknown
+        return tuple([FINE if i in works else UNKNOWN for i in range(len(self.wheelsets))])
 
     def _judge(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> Verdict:
         forces_n = now.forces_n
