@@ -98,11 +98,12 @@ classic_bodies = st.tuples(
     st.one_of(st.binary(min_size=8, max_size=8), st.just(b"LOBJ1234"), st.just(b"1LOBJ234")),
 ).map(lambda fields: struct.pack("<HBBL8s", *fields))  # fmt: skip
 whole_classic = st.builds(
-    lambda version, unit, time, body: (
-        struct.pack("<4sHHLL", b"LOBJ", 32, version, {1: 32, 2: 40}[version] + 16, 1)
+    lambda version, kind, unit, time, body: (
+        struct.pack("<4sHHLL", b"LOBJ", 32, version, {1: 32, 2: 40}[version] + 16, kind)
         + struct.pack("<LHHQ", unit, 0, 0, time) + bytes({1: 0, 2: 8}[version]) + body
     ),
-    st.sampled_from([1, 1, 2]), st.sampled_from([0, 1, 2, 3]), st.integers(0, 2**53 - 1), classic_bodies,
+    st.sampled_from([1, 1, 2]), st.sampled_from([1, 86]), st.sampled_from([0, 1, 2, 3]), st.integers(0, 2**53 - 1),
+    classic_bodies,
 )  # fmt: skip
 any_object = st.builds(
     lambda version, kind, unit, time, body, more: (

@@ -17,9 +17,11 @@ from hypothesis import strategies as st
 
 from brake_monitor.bus import gathering
 from brake_monitor.bus.can_log import open_log
+from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
-from brake_monitor.frame import FrameKind
+from brake_monitor.frame import Frame, FrameKind
+from brake_monitor.frame_block import FrameBlock
 from brake_monitor.host import python_can
 from brake_monitor.samples import Quality, Quantity
 from brake_monitor.settings.config import CanBus
@@ -109,6 +111,27 @@ def test_kinds_of_frames_survive(tmp_path: Path) -> None:
         frames = list(open_log(recorded(tmp_path / f"x{suffix}", messages), ONE))
         assert [frame.kind for frame in frames] == [FrameKind.REMOTE, FrameKind.ERROR, FrameKind.DATA]
         assert len(frames[2].data) == 24
+
+
+@pytest.mark.parametrize(
+    ("suffix", "lines"),
+    [
+        (
+            ".asc",
+            ["base hex", "internal events logged", "0.1 1 1A0 Rx r 4", "0.2 1 1A0 Rx d f 01 02 03 04 05 06 07 08"],
+        ),
+        (
+            ".trc",
+            [";$FILEVERSION=2.1", ";$COLUMNS=N,O,T,I,d,L,D", "1 1.0 RR 01A0 Rx 4", f"2 2.0 DT 01A0 Rx 15 {' 07' * 8}"],
+        ),
+    ],
+)
+def test_a_text_may_tell_of_more_bytes_than_there_have_to_be(tmp_path: Path, suffix: str, lines: list[str]) -> None:
+    """A remote frame has none of those it asks for, and a classic one has eight whatever more its number says."""
+    path = tmp_path / f"x{suffix}"
+    path.write_text("\n".join(lines) + "\n")
+    frames = list(open_log(path, ONE))
+    assert [(frame.kind, len(frame.data)) for frame in frames] == [(FrameKind.REMOTE, 0), (FrameKind.DATA, 8)]
 
 
 def test_channels_of_a_candump_log_are_buses_by_channel_or_name(tmp_path: Path) -> None:
@@ -641,3 +664,12 @@ def test_frames_that_are_years_apart_are_remarked(
     assert len(list(source)) == len(times_s)
     assert len(source.remarks) == len(said)
     assert all(remark.startswith(f"{log}: {one}") for remark, one in zip(source.remarks, said, strict=True))
+    order = TimeOrder()
+    for time_s in times_s:  # nor does it matter where a block ends
+        order.see(FrameBlock.of([Frame(time_s, "can0", 1, False, b"")]))
+    assert [remark.startswith(one) for remark, one in zip(order.remarks, said, strict=True)] == [True] * len(said)
+
+
+def test_an_identifier_of_more_bits_than_there_are_is_refused(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "x.csv", [can.Message(timestamp=1.0, arbitration_id=0x20000001, data=b"")])
+    assert "identifier 20000001 has more than 29 bits" in refusal(path)

@@ -2,7 +2,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.bus.candump_log import parse_line
+from brake_monitor.bus.candump_log import line_of, parse_line
 from brake_monitor.frame import Frame, FrameKind
 
 
@@ -29,7 +29,7 @@ def test_lines_that_candump_writes(line: str, frame: Frame) -> None:
     [
         "", "(1.5) can0", "(1.5) can0 1A0", "(1.5) can0 1A0#0", "(1.5) can0 1A#00", "(1.5) can0 8A0#00",
         "1.5 can0 1A0#00", "(nan) can0 1A0#00", "(1.5) can0 1A0#001122334455667788", "(1.5) can0 1A0##1" + "ab" * 65,
-        "(1.5) can0 1A0#XY", "(1.5) can0 40000000#00", "(1.5) can0 1A0#00 (1.6) can0 1A0#00",
+        "(1.5) can0 1A0#XY", "(1.5) can0 40000000#00", "(1.5) can0 E0000080#00", "(1.5) can0 1A0#00 (1.6) can0 1A0#00",
     ],
 )  # fmt: skip
 def test_lines_that_it_does_not(line: str) -> None:
@@ -42,4 +42,10 @@ def test_what_is_written_is_read(can_id: int, extended: bool, data: bytes) -> No
     can_id = can_id if extended else can_id & 0x7FF
     fd = "#1" if len(data) > 8 else ""
     line = f"(12.25) vcan0 {can_id:0{8 if extended else 3}X}#{fd}{data.hex().upper()}"
-    assert parse_line(line) == Frame(12.25, "vcan0", can_id, extended, data)
+    frame = Frame(12.25, "vcan0", can_id, extended, data)
+    assert parse_line(line) == frame
+    assert parse_line(line_of(frame)) == frame
+    remote = frame._replace(data=b"", kind=FrameKind.REMOTE)
+    assert parse_line(line_of(remote)) == remote
+    error = frame._replace(data=data[:8], extended=True, kind=FrameKind.ERROR)
+    assert parse_line(line_of(error)) == error

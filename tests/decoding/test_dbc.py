@@ -252,12 +252,12 @@ def test_a_pipe_is_not_waited_for(tmp_path: Path) -> None:
 @pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "cp1252", "utf-16", "utf-16-le", "utf-16-be"])
 def test_what_editors_save_text_as_is_read(tmp_path: Path, encoding: str) -> None:
     path = tmp_path / "unit.dbc"
-    text = (VEHICLES / "wagon.dbc").read_text(encoding="utf-8").replace('"bar"', '"°C"', 1)
+    text = (VEHICLES / "wagon.dbc").read_text(encoding="utf-8").replace('"bar"', '"‰"', 1)
     mark = "\ufeff" if encoding in ("utf-16-le", "utf-16-be") else ""
     path.write_bytes((mark + text).encode(encoding))
     database = load_bus("can0", [path])
     assert not database.remarks
-    assert "°C" in [signal.unit for message in database.files[0][1].messages for signal in message.signals]
+    assert "‰" in [signal.unit for message in database.files[0][1].messages for signal in message.signals]
 
 
 def test_of_an_endless_line_that_cannot_be_read_the_place_is_told(tmp_path: Path) -> None:

@@ -92,6 +92,7 @@ def test_the_configuration_has_the_last_word(wanted: str) -> None:
         database = load_bus("can0", [folder / f"{name}.dbc"])
         found = matching_of(database, database.message(message), wanted)  # type: ignore[arg-type]
         assert found.by == wanted
+        assert found.is_j1939 == (name == "mini_j1939" or wanted == "pgn")
         assert str(found).endswith("as configured")
 
 

@@ -406,6 +406,9 @@ def test_pgn_of_both_formats() -> None:
     assert pgn_bits(0x18FEF100) != pgn_bits(0x18FEF200)
     assert pgn_bits(0x18EA0B33) == pgn_bits(0x18EAFF00)  # PDU1: the byte below is a destination
     assert pgn_bits(0x18EA0B33) != pgn_bits(0x18EB0B33)
+    for page in (0x01000000, 0x02000000):  # data page, extended data page
+        assert pgn_bits(0x18FEF100 | page) != pgn_bits(0x18FEF100)
+        assert pgn_bits(0x18EA0B33 | page) != pgn_bits(0x18EA0B33)
 
 
 def test_where_the_formats_of_pgns_meet() -> None:
