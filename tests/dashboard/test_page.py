@@ -111,6 +111,19 @@ def test_the_ladder_stays_where_it_is_whatever_is_said_of_the_rail(depot: Depot,
     assert len(places) == 1
 
 
+def test_levels_beyond_the_ladder_end_with_it(depot: Depot, open_page: Open) -> None:
+    """Else the others are squeezed, and the needle stands on the wrong one."""
+    depot.dashboard()
+    page = open_page(depot.address)
+    widths = page.evaluate("""async () => {
+      const { WagonPage } = await import("/wagon.js");
+      const { ladder } = new WagonPage(document.createElement("main"), "wagon-1");
+      ladder.show(0.06, 0.01, { extremely_low: 0.02, very_low: 0.05, low: 0.3 });
+      return [...ladder.rungs.children].map((rung) => parseFloat(rung.style.width));
+    }""")
+    assert widths[:3] == pytest.approx([10.0, 15.0, 75.0])
+
+
 def test_held_friction_is_shaded(depot: Depot, open_page: Open) -> None:
     wagon = depot.wagon("wagon-1")
     depot.dashboard()

@@ -380,6 +380,15 @@ def test_a_clock_that_is_set_back_does_not_silence_the_watch() -> None:
     assert (Quantity.SPEED, 0) in stale(decoder, 10.3)
 
 
+def test_a_frame_that_is_overtaken_does_not_lengthen_a_time_out() -> None:
+    decoder = wagon()
+    speed = (Quantity.SPEED, 0)  # times out after 0.25 s
+    stale(decoder, 10.0)
+    assert speed not in stale(decoder, 10.24)
+    assert speed not in stale(decoder, 10.1)
+    assert speed in stale(decoder, 10.26)
+
+
 # --- J1939 ---
 
 

@@ -233,7 +233,7 @@ class Ladder {
 
   draw(levels) {
     const names = ["extremely_low", "very_low", "low"];
-    const ends = [0, ...names.map((name) => levels[name]), LADDER_TOP];
+    const ends = [0, ...names.map((name) => Math.min(levels[name], LADDER_TOP)), LADDER_TOP];
     const percent = (value) => `${(value / LADDER_TOP) * 100}%`;
     renew(this.rungs, ends, () => [...names, "normal"].map((name, k) => {
       const rung = element("i", { class: name });
