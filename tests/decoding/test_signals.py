@@ -183,15 +183,19 @@ def test_quality_of_values() -> None:
     assert (decoder.counts.out_of_range, decoder.counts.not_available) == (1, 2)
 
 
-def test_floats_that_are_no_numbers_are_not_available() -> None:
-    decoder = SignalDecoder.from_settings(load_settings(VEHICLES / "rig.toml"))
+@pytest.mark.parametrize("span", ["[-1000|60000]", "[0|0]"], ids=["a range", "no range"])
+def test_floats_that_are_no_numbers_are_not_available(tmp_path: Path, span: str) -> None:
+    for name in ("rig.toml", "rig.dbc"):
+        text = (VEHICLES / name).read_text(encoding="utf-8")
+        (tmp_path / name).write_text(text.replace("[-1000|60000]", span), encoding="utf-8")
+    settings = load_settings(tmp_path / "rig.toml")
     for raw, quality in [
         ("0000c07f", Quality.NOT_AVAILABLE),
         ("0000807f", Quality.OUT_OF_RANGE),
         ("00401c46", Quality.GOOD),
     ]:
+        decoder = SignalDecoder.from_settings(settings)  # a fresh counter
         (sample,) = decoder.decode(Frame(1.0, "can0", 257, False, bytes.fromhex(raw) + b"\0\0\0\0"))
-        decoder = SignalDecoder.from_settings(load_settings(VEHICLES / "rig.toml"))  # a fresh counter
         assert sample.quality is quality
     assert sample.value == 10000.0
 
