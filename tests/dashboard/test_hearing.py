@@ -3,6 +3,7 @@
 import json
 from collections.abc import Iterator
 from contextlib import contextmanager
+from queue import Empty
 from threading import Event
 
 import msgspec
@@ -76,6 +77,20 @@ def test_an_alarm_stays_open_while_its_daemon_refuses_to_answer(monkeypatch: pyt
         hears.close()
     assert daemon.refusals == 0
     assert seen == [{OPEN.id}]
+
+
+def test_who_came_often_and_does_not_answer_is_asked_again_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hearing, "ask", lambda *_: None)
+    monkeypatch.setattr(hearing, "ASKED_AGAIN_S", 0.0)
+    monkeypatch.setattr(hearing, "TURN_S", 0.0)
+    fleet = Fleet("brake/v1")
+    hears = Hearing(fleet, zenoh.Config())
+    fleet.watched.lives(WAGON, True)
+    for _ in range(3):
+        hears._ask_now(None, "wagon-1")  # type: ignore[arg-type]
+    assert hears._next_to_ask() == "wagon-1"
+    with pytest.raises(Empty):
+        hears._next_to_ask()
 
 
 def test_the_past_of_the_wagon_that_is_looked_at_is_asked_for_first() -> None:

@@ -37,7 +37,7 @@ class Hearing:
         self._config = config
         self._stopping = threading.Event()
         self._to_ask: Queue[str] = Queue(WAITING)
-        self._to_ask_again: deque[tuple[float, str]] = deque()  # from when on, and whom
+        self._to_ask_again: dict[str, float] = {}  # whom, and from when on; the earliest first
         self._pasts: deque[Past] = deque()
         self._thread = threading.Thread(target=self._run, name="hearing", daemon=True)
 
@@ -91,8 +91,10 @@ class Hearing:
 
     def _next_to_ask(self) -> str:
         """The next daemon to ask: one that came, or did not answer some time ago. Empty when none comes in time."""
-        if self._to_ask_again and self._to_ask_again[0][0] <= time.monotonic():
-            return self._to_ask_again.popleft()[1]
+        again = next(iter(self._to_ask_again), None)
+        if again is not None and self._to_ask_again[again] <= time.monotonic():
+            del self._to_ask_again[again]
+            return again
         return self._to_ask.get(timeout=0.0 if self._pasts else TURN_S)
 
     def _ask_now(self, session: zenoh.Session, name: str) -> None:
@@ -108,7 +110,7 @@ class Hearing:
         alarms: list[zenoh.Sample] = []
         known = ask(session, f"{wagon}/**", self.hear)
         if not known or ask(session, f"{wagon}/alarm/**?limit={ALARMS_ASKED}", alarms.append) is None:
-            self._to_ask_again.append((time.monotonic() + ASKED_AGAIN_S, name))
+            self._to_ask_again.setdefault(name, time.monotonic() + ASKED_AGAIN_S)  # once, however often it came
             return
         with self._fleet.lock:
             parts = [_parts(sample) for sample in alarms]
