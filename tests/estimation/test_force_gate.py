@@ -120,6 +120,16 @@ def test_a_sensor_that_died_lives_again_where_it_says_something_else(full_n: flo
     assert not gate.is_dead
 
 
+def test_a_sensor_that_died_stays_dead_while_its_wheelset_slides() -> None:
+    """What slide protection may do now does not explain what was impossible before."""
+    gate = ForceGate()
+    assert gate.passes(10.0, 30e3, True)
+    for k in range(1, 60):
+        assert not gate.passes(10.0 + 0.01 * k, 0.0, k < 30)
+        assert not gate.pass_on(10.0 + 0.01 * k, 0.0, k < 30, unlikely=True)
+    assert gate.is_dead
+
+
 def test_a_sensor_that_dies_while_its_brake_is_eased_is_no_cylinder_that_is_vented() -> None:
     """Return springs take a force to 0 no faster than the air that left before."""
     gate = ForceGate()

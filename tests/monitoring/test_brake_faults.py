@@ -147,3 +147,23 @@ def test_in_a_train_a_force_that_says_0_is_in_the_end_its_sensors_fault_alone() 
     given = [alarm for frame in run(scenario, settings, 1, modifiers).frames for alarm in pipeline.step(frame).alarms]
     assert ("brake_not_applied", 1) in kinds(tuple(given))
     assert kinds(pipeline.monitor.open_alarms()) == {("input_implausible", 1)}
+
+
+@pytest.mark.parametrize("wagon", ["wagon", "bogie"])
+def test_a_sensor_that_dies_in_mid_brake_accuses_no_brake_in_a_slow_release(wagon: str) -> None:
+    """Its brake is released with the others, which takes up to a minute in a goods train."""
+    settings = example_settings(wagon)
+    settings = replace(settings, estimator=replace(settings.estimator, preset="train"))
+    scenario = Scenario(
+        name="a slow release",
+        summary="coast, brake from 8 s, release from 18 s to 68 s",
+        initial_speed_mps=38.0,
+        duration_s=80.0,
+        demand=Profile(((0.0, 0.0), (8.0, 0.0), (10.0, 0.4), (18.0, 0.4), (68.0, 0.0))),
+        rail_over_time=Profile(((0.0, 0.45),)),
+    )
+    pipeline = Pipeline.from_settings(settings)
+    dead = Modifiers(sensor_faults=(SensorFault("pressing_force", 0, SensorFailure.STUCK, from_s=14.0),))
+    given = [alarm for frame in run(scenario, settings, 1, dead).frames for alarm in pipeline.step(frame).alarms]
+    assert ("input_implausible", 1) in kinds(tuple(given))
+    assert {kind for kind, _ in kinds(tuple(given))} & BRAKE_KINDS == set()

@@ -65,8 +65,12 @@ class KnownInputs:
         return STILL_PRESSES * pressing_force_n > self._core.wheels[i].force.most_lately
 
     def _falls_alone(self, i: int, time_s: float) -> bool:
-        """Whether another brake presses on about as this one did, by a sensor that is alive."""
-        least_n = STILL_PRESSES * self._core.wheels[i].force.value
+        """Whether another brake presses on about as this one did, or at all where this sensor died, by one alive.
+
+        A brake whose sensor died is released with the others, however slowly that goes.
+        """
+        wheel = self._core.wheels[i]
+        least_n = 0.0 if wheel.gate.is_dead else STILL_PRESSES * wheel.force.value
         for k, other in enumerate(self._core.wheels):
             if k != i and other.contact.pressed and other.force.value >= least_n and other.gate.is_alive(time_s):
                 return True

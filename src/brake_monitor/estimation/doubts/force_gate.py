@@ -46,10 +46,11 @@ class ForceGate:
     def pass_on(self, time_s: float, pressing_force_n: float, rolls: bool, unlikely: bool) -> list[tuple[float, float]]:
         """Take a reading; return the readings (time, force) to use now: none, this one, or the one held back and this.
 
-        `unlikely`: it falls while another brake presses on, or rises far beyond what it pressed with lately.
+        `unlikely`: it falls, or has fallen and stays, while another brake presses on, or rises far beyond what it
+        pressed with lately.
         """
         is_still = self.holds and unlikely and pressing_force_n == self._held_n
-        if is_still and (rolls or self._held_n > self._value):
+        if is_still and (rolls or self.is_dead or self._held_n > self._value):
             self.is_dead |= time_s - self._held_s >= DEAD_S
             return []
         self.is_dead = False

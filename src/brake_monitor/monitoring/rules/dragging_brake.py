@@ -95,6 +95,8 @@ class DraggingBrake:
         most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
         if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:
             return UNKNOWN
+        if self._participation.is_easing(i):  # slower than the others
+            return UNKNOWN
         is_likely = 2 * len(released) > len(forces_n) or self._participation.eased[i]
         is_certain = is_likely and self._took_part(released)
         others = _named(released) if len(released) < len(forces_n) - 1 else "the others"

@@ -3,12 +3,15 @@
 from collections import deque
 from collections.abc import Sequence
 from math import inf
+from statistics import fmean
 
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 
 RELEASED = 0.8  # of the contact force, a hysteresis
 EASED = 0.8  # of its force while the others released: a brake that follows a common release, if not all the way
-RELEASE_S = 20.0  # no release takes longer
+RELEASE_S = 20.0  # no release takes longer to be seen in every brake
+EASING = 0.95  # of what a brake pressed with EASING_S before: it is still being vented, in position G within 60 s
+EASING_S = 2.0
 
 
 class Participation:
@@ -52,3 +55,9 @@ class Participation:
             took_part or force_n >= self._contact_force_n
             for took_part, force_n in zip(self.took_part, forces_n, strict=True)
         ]
+
+    def is_easing(self, i: int) -> bool:
+        """Whether brake i is still being vented, on average over the steps of a coarse sensor."""
+        count = round(EASING_S / OBSERVATION_PERIOD_S)
+        own_n = [forces_n[i] for forces_n in list(self._lately)[-2 * count :]]
+        return fmean(own_n[-count:]) < EASING * fmean(own_n[:count])
