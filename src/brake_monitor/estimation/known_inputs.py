@@ -5,6 +5,7 @@ from math import isfinite
 from brake_monitor.estimation.core.core import Core
 from brake_monitor.samples import Measurand, Quantity, Sample
 
+RELEASED_N = 1000.0  # what is left of a force then does not matter
 STILL_PRESSES = 0.5  # of another brake's force, or its own of lately: a brake with so much has not been released
 
 
@@ -65,14 +66,15 @@ class KnownInputs:
         return STILL_PRESSES * pressing_force_n > self._core.wheels[i].force.most_lately
 
     def _falls_alone(self, i: int, time_s: float) -> bool:
-        """Whether another brake presses on about as this one did, or at all where this sensor died, by one alive.
+        """Whether another brake presses on about as this one did, by a sensor that is alive.
 
-        A brake whose sensor died is released with the others, however slowly that goes.
+        A brake whose sensor died is released with the others, however slowly that goes: down to RELEASED_N.
         """
         wheel = self._core.wheels[i]
-        least_n = 0.0 if wheel.gate.is_dead else STILL_PRESSES * wheel.force.value
+        least_n = RELEASED_N if wheel.gate.is_dead else STILL_PRESSES * wheel.force.value
         for k, other in enumerate(self._core.wheels):
-            if k != i and other.contact.pressed and other.force.value >= least_n and other.gate.is_alive(time_s):
+            presses = other.contact.pressed or wheel.gate.is_dead
+            if k != i and presses and other.force.value >= least_n and other.gate.is_alive(time_s):
                 return True
         return False
 

@@ -7,7 +7,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.misled import MisledBy
-from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import UNKNOWN, Finding, NoFinding, Suspicion, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
 
 # An open alarm's values are given out anew no more often, unless it gets graver: after 10 s, later after a tenth of its
@@ -44,10 +44,10 @@ class AlarmCycle:
     def see(self, now: Estimate, verdict: Verdict) -> Alarm | None:
         """Take the next verdict; the alarm when it was raised, updated or cleared, which it tells by the clock."""
         if verdict is not UNKNOWN:
-            self.misled_by = verdict.misled_by if isinstance(verdict, Finding) else None
+            self.misled_by = None if isinstance(verdict, NoFinding) else verdict.misled_by
         if self.open is None:
             return self._see_quiet(now, verdict)
-        if verdict is UNKNOWN:
+        if verdict is UNKNOWN or isinstance(verdict, Suspicion):
             self._since_s = inf
             return None
         return self._see_open(self.open, now, verdict)

@@ -22,6 +22,12 @@ class Finding(Struct, frozen=True):
     misled_by: MisledBy | None = None  # why estimates err meanwhile, which do not know of it
 
 
+class Suspicion(Struct, frozen=True):
+    """It may be there, which is not enough for an alarm: nothing is raised or cleared, but the estimates may err."""
+
+    misled_by: MisledBy
+
+
 class NoFinding(Enum):
     """Why nothing was found."""
 
@@ -30,7 +36,7 @@ class NoFinding(Enum):
 
 
 FINE, UNKNOWN = NoFinding.FINE, NoFinding.UNKNOWN
-Verdict = Finding | NoFinding
+Verdict = Finding | Suspicion | NoFinding
 
 
 class Rule(Protocol):

@@ -8,7 +8,7 @@ from collections.abc import Collection, Sequence
 from math import inf
 from statistics import median
 
-from brake_monitor.estimation.core.regime_watch import PRESSES_N
+from brake_monitor.estimation.known_inputs import RELEASED_N
 
 DIED_S = 1.0  # what says something impossible for less may be a wire that touches another
 NOBODY = frozenset[int]()
@@ -35,4 +35,4 @@ class DeadForces:
         self._died -= alive
         self._dead -= alive
         others_n = [force_n for i, force_n in enumerate(forces_n) if i not in self._dead]
-        return frozenset(self._dead) if others_n and median(others_n) >= PRESSES_N else NOBODY
+        return frozenset(self._dead) if others_n and median(others_n) >= RELEASED_N else NOBODY

@@ -4,6 +4,7 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from math import inf
 
+from brake_monitor.estimation.doubts.dead_force import DeadForce
 from brake_monitor.samples import Channel, Quantity
 
 PRESSING_FORCE = Quantity.PRESSING_FORCE
@@ -13,6 +14,7 @@ SETTLED_S = 3.0  # after a slide
 FOLLOWED_S = 3.0  # for so long others that still fall say nothing: a brake that keeps some air came down with them
 FIRST = 3  # readings that a span begins with: the middle one of as many is no spike
 MOVED_N = 8000.0  # another brake's force has moved this much meanwhile: far beyond what gear and sensors differ by
+DEAD_MOVED_N = 3000.0  # ... where the sensor trembled before: that it does no longer has been seen already
 SHOWN_S = 4.0  # by when wheelset and wagon have shown which of two brakes does what its force says
 SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
 
@@ -83,9 +85,8 @@ class _Span:
         self._most = max(self._most, low) if may_fall else low
         self._fell = max(self._fell, self._most - high)
 
-    @property
-    def moved(self) -> bool:
-        return max(self.rose, self._fell) > MOVED_N
+    def has_moved(self, least_n: float) -> bool:
+        return max(self.rose, self._fell) > least_n
 
 
 class _WatchedForce:
@@ -104,11 +105,13 @@ class _WatchedForce:
         self._since_s = 0.0
         self._repeated = 0
         self._others: dict[int, _Span] = {}  # by wheelset, what they did meanwhile
+        self._life = DeadForce()
         self._moved_s = inf  # since when as many have moved as have stayed
         self.is_zero = self.is_frozen = False
 
     def see(self, time_s: float, force_n: float) -> None:
         """Take its next reading."""
+        self._life.see(time_s, force_n)
         if force_n != self._value:
             self._value, self._since_s, self._repeated = force_n, time_s, 0
             self.is_zero, self.is_frozen = force_n <= 0.0, False
@@ -133,10 +136,12 @@ class _WatchedForce:
 
     def judge(self, time_s: float, sure: set[int], *, rolls: bool) -> None:
         """Judge one that stands by the `sure` ones among the others; what is said holds until the value changes."""
-        others = [span for wheelset, span in self._others.items() if wheelset in sure]
-        moved = sum(span.moved for span in others)
-        stayed = 1 + sum(not span.moved and span.least >= self._contact_force_n for span in others)
-        is_whole = all(span.rose > MOVED_N or span.least < self._contact_force_n for span in others if span.moved)
+        least_n = DEAD_MOVED_N if self._life.is_dead else MOVED_N
+        spans = [span for wheelset, span in self._others.items() if wheelset in sure]
+        others = [span for span in spans if span.has_moved(least_n)]
+        moved = len(others)
+        stayed = 1 + sum(span not in others and span.least >= self._contact_force_n for span in spans)
+        is_whole = all(span.rose > least_n or span.least < self._contact_force_n for span in others)
         is_tie = moved == stayed and is_whole and rolls
         self._moved_s = min(self._moved_s, time_s) if is_tie else inf
         self.is_frozen |= moved > stayed and (is_whole or rolls)

@@ -1,13 +1,16 @@
 """Dragging brake: one brake, or half of them, goes on pressing when the others are released."""
 
+from collections.abc import Sequence
+
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Suspicion, Verdict
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
+from brake_monitor.monitoring.rules.lasting_creep import CreepDrag, LastingCreepSearch
 from brake_monitor.monitoring.rules.participation import RELEASED, Participation
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
@@ -22,7 +25,7 @@ class DraggingBrake:
     others left; if they press on as before, the others may have lost their air in mid-application: both is said then.
     A brake that drags without its pressing force saying so is looked for after each release, and is not fine before the
     wagon has rolled without it. One that lets its wheelset stand is not before the wagon has stood. While motors brake
-    they may do so for brakes that are released.
+    they may do so for brakes that are released. In a train an unseen drag shows but in the creep of some kilometres.
     """
 
     kind = "dragging_brake"
@@ -35,6 +38,7 @@ class DraggingBrake:
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._participation = Participation(settings.min_force_n, wheelset_count)
         self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
+        self._long_search = LastingCreepSearch(settings.min_force_n, settings.hidden_force_n)
         self._blocks: set[int] = set()  # brakes that let their wheelsets stand, and may still press
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
@@ -42,6 +46,7 @@ class DraggingBrake:
         now = seen.estimate
         count = len(self.wheelsets)
         hidden = self._search.see(now, seen.all_good)
+        creeping = self._long_search.see(now, seen.all_good)
         if not seen.all_good:
             return (UNKNOWN,) * count
         self._participation.see(now.time_s, seen.forces_n)
@@ -52,15 +57,14 @@ class DraggingBrake:
             return tuple([self._judge_beside_blocked(i, seen) for i in range(count)])
         if now.saturated or True in seen.motors_brake:
             return (UNKNOWN,) * count
-        if not (self._search.lasting or self._blocks) and max(seen.forces_n) < self._released_n:  # the usual case
+        may_drag = self._drags_unseen or self._long_search.suspected is not None
+        if not may_drag and max(seen.forces_n) < self._released_n:  # the usual case
             return self._all_fine
         released = [i for i, force_n in enumerate(seen.forces_n) if force_n < self._released_n]
-        return tuple(
-            [
-                _hidden(hidden, now) if hidden and hidden.wheelset == i else self._judge(i, released, seen)
-                for i in range(count)
-            ]
-        )
+        found = {creeping.wheelset: _creeping(creeping, now)} if creeping else {}
+        if hidden:
+            found[hidden.wheelset] = _hidden(hidden, now)
+        return tuple([found.get(i) or self._judge(i, released, seen) for i in range(count)])
 
     def resume(self, i: int, evidence: Values) -> MisledBy | None:
         """Go on with a brake that drags unseen until the wagon has rolled without it, or has stood.
@@ -69,13 +73,19 @@ class DraggingBrake:
         """
         if "others_pressing_force_n" in evidence:
             return None
-        told = [evidence.get(name) for name in HiddenDrag._fields[1:]]
-        numbers = [value for value in told if isinstance(value, float | int)]
-        if len(numbers) == len(told):
-            self._search.resume(HiddenDrag(i, *numbers))
+        if told := _numbers(evidence, HiddenDrag._fields[1:]):
+            self._search.resume(HiddenDrag(i, *told))
+        elif told := _numbers(evidence, CreepDrag._fields[1:]):
+            self._long_search.resume(CreepDrag(i, *told))
         else:
             self._blocks.add(i)
         return MisledBy.DRAG
+
+    @property
+    def _drags_unseen(self) -> set[int]:
+        """The wheelsets of which it has been found, and not known to be over."""
+        creeping = self._long_search.lasting
+        return self._blocks.union(self._search.lasting, [creeping.wheelset] if creeping else [])
 
     def _see_blocked(self, speed_mps: float, wheels: tuple[WheelState, ...]) -> None:
         if speed_mps < STANDSTILL_MPS:
@@ -90,7 +100,10 @@ class DraggingBrake:
 
     def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
         if i in released:
-            return UNKNOWN if i in self._search.lasting or i in self._blocks else FINE
+            suspected = self._long_search.suspected
+            if suspected is not None and suspected.wheelset == i:
+                return Suspicion(MisledBy.SILENT)
+            return UNKNOWN if i in self._drags_unseen else FINE
         own, forces_n = seen.estimate.wheelsets[i], seen.forces_n
         most_are = 2 * len(released) >= len(forces_n) and forces_n[i] >= self.settings.min_force_n
         if not most_are or not self._are_through(released, seen.time_s) or own.friction < self._least_friction:
@@ -150,3 +163,26 @@ def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
         },
         misled_by=MisledBy.DRAG,
     )
+
+
+def _creeping(found: CreepDrag, now: Estimate) -> Finding:
+    force_n = found.retarding_force_n(now)
+    return Finding(
+        Severity.ALARM,
+        f"The brake of wheelset {found.wheelset + 1} drags, though its pressing force says released: over "
+        f"{found.shown_over_m / 1000.0:.1f} km of free rolling it has turned more slowly than before, as under about "
+        f"{force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
+        {
+            **dict(zip(CreepDrag._fields[1:], found[1:], strict=True)),
+            "retarding_force_n": force_n,
+            "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
+            "speed_mps": now.speed_mps,
+        },
+        misled_by=MisledBy.DRAG,
+    )
+
+
+def _numbers(evidence: Values, names: Sequence[str]) -> list[float]:
+    """The evidence by these names; empty where not all of it is there."""
+    told = [value for name in names if isinstance(value := evidence.get(name), float | int)]
+    return told if len(told) == len(names) else []

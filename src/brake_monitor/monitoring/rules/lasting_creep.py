@@ -1,0 +1,238 @@
+"""A brake that drags although its pressing force says released: by creep alone, over a long way.
+
+In a train the speed does not tell of such a brake: couplers do more to it. What is left is that its wheelset has turned
+more slowly against the others ever since a release. So does a wheelset in a curve, whose rolling radii differ, and one
+whose tread the brake has warmed. But a curve ends: one that makes wheelsets differ by e turns the line by about
+CURVE_TURNS * e in each metre. And treads grow warm while they are braked, not from the release on.
+"""
+
+from collections import deque
+from collections.abc import Iterable, Sequence
+from math import inf, log
+from statistics import fmean, median
+from typing import NamedTuple
+
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+
+LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
+AFTER_S = 3.0  # of the release, or of a motor's torque: speeds still settle
+BLOCK_S = 5.0  # of free rolling, whose mean is one value
+LEAST_SUSPECTED_M = 250.0  # of it before the release, and after it
+LEAST_ALONE_M = 1000.0  # ... where there are more than two wheelsets, and only one moves
+LEAST_WAY_M = 1500.0  # ... where there are two
+MOST_WAY_M = 8000.0  # of free rolling are remembered before it, and since
+CURVE_TURNS = 3.0  # radians per metre and difference: R = 500 m makes leading and trailing wheelsets differ by 6e-4
+HALF_TURN = 3.0  # radians: by no single curve but a spiral; of more than two wheelsets a curve moves several
+LEAST_SHIFT = 1.5e-4  # treads that some blocks warm more than others do as much
+MOST_SHIFT = 2e-3  # by more no brake shifts it that lets its wheelset turn: a wheel was changed
+SLOWER_BEFORE = 0.25  # so much of the way before may have been curves that slow this wheelset down as well ...
+FASTER_SINCE = 0.1  # ... and so much of the way since curves that let it run ahead
+STEADY = 0.5  # of the shift: the most by which anything else may move
+BRAKING = 100  # observations, 10 s, of an application ...
+EASED = 0.8  # ... before its force falls to this: in a release, pads that stick already press more than is told
+LEAST_BRAKING = 10
+STOOD_S = 3600.0  # a pause in which a wheelset may have been turned or changed
+CREEP_STIFFNESS = 60.0  # adhesion over creep: 30 to 200 in service
+LONGEST_GAP_S = 1.0
+
+
+class CreepDrag(NamedTuple):
+    """What was found; the numbers by their names in an alarm's evidence."""
+
+    wheelset: int  # from 0
+    slip_shift: float  # relative slip against the other wheelsets, more than before
+    rolled_apart: float  # how much faster than the others it turned before: logarithm
+    shown_over_m: float  # of free rolling
+
+    def retarding_force_n(self, now: Estimate) -> float:
+        """At the rail, within a factor of two to three."""
+        load_n = now.wheelsets[self.wheelset].relative_load * now.mass_kg * GRAVITY_MPS2 / len(now.wheelsets)
+        return CREEP_STIFFNESS * self.slip_shift * load_n
+
+
+class _Block(NamedTuple):
+    """Some seconds of free rolling."""
+
+    way_m: float
+    apart: tuple[float, ...]  # of each wheelset, ln omega less the others' mean
+
+
+class LastingCreepSearch:
+    """Sees each estimate, in order of time."""
+
+    def __init__(self, contact_force_n: float, least_force_n: float) -> None:
+        """`least_force_n`: at the rail; a smaller one is not looked for."""
+        self._contact_force_n = contact_force_n
+        self._least_force_n = least_force_n
+        self._time_s = self._rolled_s = -inf  # of the last estimate, and of the last one at speed
+        self._held_s = -inf  # when it last did not roll freely
+        self.lasting: CreepDrag | None = None  # found, and not known to be gone
+        self._forget()
+
+    def _forget(self) -> None:
+        self._before: deque[_Block] = deque()  # of free rolling, as far as is known without a drag
+        self._since: deque[_Block] = deque()  # ... since the release after which one may have begun
+        self._braking: deque[tuple[float, ...]] = deque(maxlen=BRAKING)  # of the application before it, not yet eased
+        self._is_braked = False
+        self._most_n = 0.0  # force of all brakes in this application
+        self.suspected: CreepDrag | None = None  # so far; it may yet be a curve
+        self._begin_block()
+
+    def _begin_block(self) -> None:
+        self._turns: list[tuple[float, ...]] = []
+        self._block_s = self._block_m = 0.0
+
+    def resume(self, drag: CreepDrag) -> None:
+        """Go on with a drag that an earlier run of the program has found."""
+        self.lasting = drag
+
+    def see(self, now: Estimate, inputs_are_good: bool) -> CreepDrag | None:
+        """Take an estimate; what has been found, while it shows."""
+        step_s, self._time_s = now.time_s - self._time_s, now.time_s
+        if step_s < 0.0:
+            self._held_s = self._rolled_s = now.time_s
+        if len(now.wheelsets) == 1 or now.speed_mps < LEAST_SPEED_MPS or now.saturated or not inputs_are_good:
+            self._held_s = now.time_s
+            return None
+        if now.time_s - self._rolled_s > STOOD_S:
+            self._forget()
+        self._rolled_s = now.time_s
+        forces_n = now.forces_n
+        is_braked = max(forces_n) >= self._contact_force_n
+        if is_braked or now.a_motor_acts:
+            self._held_s = now.time_s
+            if is_braked:
+                self._brake(now, forces_n)
+            return None
+        self._is_braked = False
+        if now.time_s - self._held_s >= AFTER_S and 0.0 < step_s <= LONGEST_GAP_S:
+            self._roll(now, step_s)
+        return self.lasting if self._shows() else None
+
+    def _brake(self, now: Estimate, forces_n: Sequence[float]) -> None:
+        if not self._is_braked:
+            self._is_braked, self._most_n = True, 0.0
+            self._begin_block()
+            if self.lasting is None and self.suspected is None and _way_m(self._since) >= LEAST_SUSPECTED_M:
+                self._begin_anew()
+        self._most_n = max(self._most_n, sum(forces_n))
+        is_eased = sum(forces_n) < EASED * self._most_n
+        if not self._since and not is_eased and min(forces_n) >= self._contact_force_n:
+            self._braking.append(_log_turns(now))
+
+    def _begin_anew(self) -> None:
+        """What was rolled since the last release was free of any drag."""
+        self._before.extend(self._since)
+        self._since.clear()
+        self._braking.clear()
+        _shorten(self._before)
+
+    def _roll(self, now: Estimate, step_s: float) -> None:
+        self._turns.append(_log_turns(now))
+        self._block_s += step_s
+        self._block_m += step_s * now.speed_mps
+        if self._block_s < BLOCK_S:
+            return
+        self._since.append(_Block(self._block_m, _apart([fmean(own) for own in zip(*self._turns, strict=True)])))
+        self._begin_block()
+        if self.lasting is not None:
+            _shorten(self._since)
+            self._see_whether_it_lasts(self.lasting)
+            return
+        self._before.extend(_shorten(self._since))
+        _shorten(self._before)
+        self.suspected = self._suspect(now)
+        if self.suspected is not None and self._is_no_curve(self.suspected, len(now.wheelsets)):
+            self.lasting = self.suspected
+
+    def _suspect(self, now: Estimate) -> CreepDrag | None:
+        """The wheelset that has turned more slowly all along, if any."""
+        way_m = _way_m(self._since)
+        if min(way_m, _way_m(self._before)) < LEAST_SUSPECTED_M:
+            return None
+        drag = max([self._shifted(i, way_m) for i in range(len(now.wheelsets))], key=lambda one: one.slip_shift)
+        is_possible = LEAST_SHIFT <= drag.slip_shift <= MOST_SHIFT and self._stands_apart(drag)
+        return drag if is_possible and drag.retarding_force_n(now) >= self._least_force_n else None
+
+    def _is_no_curve(self, drag: CreepDrag, wheelset_count: int) -> bool:
+        """Whether it shows for longer than any curve; of more than two wheelsets that moves several."""
+        way_m, before_m = drag.shown_over_m, _way_m(self._before)
+        if wheelset_count > 2:
+            return min(way_m, before_m) >= LEAST_ALONE_M
+        return min(way_m, before_m) >= LEAST_WAY_M and CURVE_TURNS * drag.slip_shift * way_m >= HALF_TURN
+
+    def _shifted(self, i: int, way_m: float) -> CreepDrag:
+        before, since = (median([block.apart[i] for block in blocks]) for blocks in (self._before, self._since))
+        return CreepDrag(i, before - since, before, way_m)
+
+    def _stands_apart(self, drag: CreepDrag) -> bool:
+        """Whether it was so all along, from the release on, and nothing else has moved."""
+        i, most = drag.wheelset, STEADY * drag.slip_shift
+        before, since = (sorted([block.apart[i] for block in blocks]) for blocks in (self._before, self._since))
+        slowest_before = before[int(SLOWER_BEFORE * len(before))]
+        fastest_since = since[-1 - int(FASTER_SINCE * len(since))]
+        if slowest_before - fastest_since < most:
+            return False
+        if len(self._braking) >= LEAST_BRAKING:
+            braked = _apart([fmean(own) for own in zip(*self._braking, strict=True)])
+            if braked[i] - median(since) < most:
+                return False
+        others = zip(_without(i, self._before), _without(i, self._since), strict=True)
+        return all(abs(was - now) <= most for was, now in others)
+
+    def _see_whether_it_lasts(self, drag: CreepDrag) -> None:
+        """Forget a drag of which nothing has shown on most of a way that is longer than curves."""
+        lately = _last(self._since, LEAST_WAY_M)
+        shown = [_is_slower(drag, block) for block in lately]
+        if _way_m(lately) >= LEAST_WAY_M and sum(shown) <= SLOWER_BEFORE * len(shown):
+            self.lasting = self.suspected = None
+            self._since.clear()
+            self._before = deque(lately)
+
+    def _shows(self) -> bool:
+        """Whether what was found is there now."""
+        return self.lasting is not None and bool(self._since) and _is_slower(self.lasting, self._since[-1])
+
+
+def _is_slower(drag: CreepDrag, block: _Block) -> bool:
+    shift = drag.rolled_apart - block.apart[drag.wheelset]
+    return STEADY * drag.slip_shift <= shift <= MOST_SHIFT
+
+
+def _log_turns(now: Estimate) -> tuple[float, ...]:
+    """Of each wheelset, ln omega."""
+    return tuple([log(max(own.omega_radps, 1.0)) for own in now.wheelsets])
+
+
+def _apart(log_turns: Sequence[float]) -> tuple[float, ...]:
+    """Of each wheelset, ln omega less the others' mean."""
+    total, others = sum(log_turns), len(log_turns) - 1
+    return tuple([own - (total - own) / others for own in log_turns])
+
+
+def _without(i: int, blocks: Iterable[_Block]) -> list[float]:
+    """The medians of how far the other wheelsets turn apart from each other; empty where there is but one."""
+    others = [block.apart[:i] + block.apart[i + 1 :] for block in blocks]
+    return [median(own) for own in zip(*map(_apart, others), strict=True)] if len(others[0]) > 1 else []
+
+
+def _way_m(blocks: Iterable[_Block]) -> float:
+    return sum([block.way_m for block in blocks])
+
+
+def _last(blocks: deque[_Block], way_m: float) -> list[_Block]:
+    """The last ones, over so long a way where there are as many."""
+    taken, taken_m = list[_Block](), 0.0
+    for block in reversed(blocks):
+        if taken_m >= way_m:
+            break
+        taken.append(block)
+        taken_m += block.way_m
+    return taken[::-1]
+
+
+def _shorten(blocks: deque[_Block]) -> list[_Block]:
+    """Take away what lies further back than is remembered."""
+    left = len(_last(blocks, MOST_WAY_M))
+    return [blocks.popleft() for _ in range(len(blocks) - left)]

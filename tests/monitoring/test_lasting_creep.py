@@ -1,0 +1,239 @@
+"""In a train a brake that drags unseen shows only in how its wheelset turns, over a way on which no curve lasts."""
+
+import random
+from collections.abc import Callable, Sequence
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.rules.lasting_creep import CreepDrag, LastingCreepSearch
+from estimates import estimate, wheelset
+
+MASS_KG, GRAVITY_MPS2, SPEED_MPS, RADIUS_M = 40e3, 9.81, 20.0, 0.45
+STIFFNESS = 60.0  # adhesion over creep
+CONTACT_N, LEAST_N, FULL_N = 2000.0, 1200.0, 30e3
+BRAKED_S, RELEASED_S = 150.0, 170.0  # 3 km of free rolling before
+NOISE = 4e-5  # relative, of a wheel speed as it is estimated
+STRAIGHT: Callable[[float], float] = lambda _: 0.0  # noqa: E731
+
+Shifts = Callable[[float], Sequence[float]]  # of each wheelset, by how much it turns more slowly: relative
+
+
+def drive(
+    until_s: float,
+    shifts: Shifts,
+    *,
+    speed_mps: float = SPEED_MPS,
+    braked: Callable[[float], float] = lambda t: FULL_N * (BRAKED_S <= t < RELEASED_S),
+    from_s: float = 0.0,
+    changes: Callable[[float], dict[str, object]] = lambda _: {},
+) -> list[Estimate]:
+    """Ten estimates a second at constant speed; all brakes press alike."""
+    rng = random.Random(7)
+    drive = []
+    for k in range(round(from_s * 10), round(until_s * 10)):
+        time_s = k / 10
+        force_n = braked(time_s)
+        own_shifts = shifts(time_s)
+        load_n = MASS_KG * GRAVITY_MPS2 / len(own_shifts)
+        creep = 0.2 * force_n / load_n / STIFFNESS
+        wheelsets = tuple(
+            wheelset(
+                omega_radps=speed_mps / RADIUS_M * (1.0 - creep - shift) * (1.0 + rng.gauss(0.0, NOISE)),
+                pressing_force_n=force_n,
+            )
+            for shift in own_shifts
+        )
+        now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=False, wheelsets=wheelsets, mass_kg=MASS_KG)
+        drive.append(replace(now, **changes(time_s)))
+    return drive
+
+
+def seen(drive: Sequence[Estimate], search: LastingCreepSearch | None = None) -> tuple[float | None, float | None]:
+    """When one was suspected and found first, s."""
+    search = search or LastingCreepSearch(CONTACT_N, LEAST_N)
+    suspected_s = found_s = None
+    for now in drive:
+        found = search.see(now, inputs_are_good=True)
+        if search.suspected and suspected_s is None:
+            suspected_s = now.time_s
+        if found and found_s is None:
+            found_s = now.time_s
+    return suspected_s, found_s
+
+
+def drags(force_n: float, count: int, from_s: float = RELEASED_S, until_s: float = 1e9) -> Shifts:
+    """The last wheelset's brake retards with this force at the rail, beside what all brakes do."""
+    shift = force_n / (MASS_KG * GRAVITY_MPS2 / count) / STIFFNESS
+    return lambda t: [0.0] * (count - 1) + [shift * (from_s <= t < until_s)]
+
+
+@pytest.mark.parametrize(("count", "way_m"), [(2, 1500.0), (4, 1000.0)])
+def test_one_that_drags_from_the_release_on_is_doubted_within_20_s_and_found_over_a_longer_way(
+    count: int, way_m: float
+) -> None:
+    search = LastingCreepSearch(CONTACT_N, LEAST_N)
+    suspected_s, found_s = seen(drive(450.0, drags(8e3, count)), search)
+    assert suspected_s is not None
+    assert suspected_s - RELEASED_S < 20.0
+    assert found_s is not None
+    assert way_m <= SPEED_MPS * (found_s - RELEASED_S) < way_m + 200.0
+    assert search.lasting is not None
+    assert search.lasting.wheelset == count - 1
+    now = drive(1.0, drags(0.0, count))[-1]
+    assert search.lasting.retarding_force_n(now) == pytest.approx(8e3, rel=0.1)
+
+
+def test_of_two_a_weak_drag_is_found_as_soon_as_no_curve_could_be_so_long() -> None:
+    """R = 980 m would make the two differ as much; over 3.05 km it would have turned the line by 180 degrees."""
+    _, found_s = seen(drive(700.0, drags(3.9e3, 2)))
+    assert found_s is not None
+    assert 2900.0 < SPEED_MPS * (found_s - RELEASED_S) < 3300.0
+
+
+def curve(begins_s: float, ends_s: float, shift: float, count: int = 2) -> Shifts:
+    """Leading wheelsets of each pair turn more slowly in it, trailing ones faster."""
+    return lambda t: [shift * (begins_s <= t < ends_s) * (0.6 if i % 2 == 0 else -0.4) for i in range(count)]
+
+
+@pytest.mark.parametrize("count", [2, 4])
+@pytest.mark.parametrize("shift", [4e-4, -4e-4, 1e-3])
+@pytest.mark.parametrize(
+    ("begins_s", "ends_s"),
+    [
+        (RELEASED_S, RELEASED_S + 50.0),  # a kilometre from the very release on
+        (RELEASED_S - 60.0, RELEASED_S + 20.0),
+        (BRAKED_S - 50.0, RELEASED_S),  # ... until the very release
+        (0.0, 40.0),
+        (RELEASED_S + 30.0, RELEASED_S + 100.0),
+    ],
+)
+def test_a_curve_is_no_drag(count: int, shift: float, begins_s: float, ends_s: float) -> None:
+    _, found_s = seen(drive(600.0, curve(begins_s, ends_s, shift, count)))
+    assert found_s is None
+
+
+def test_a_winding_line_with_straights_between_its_curves_is_none() -> None:
+    """After kilometres of straight track: curves of 400 m, R = 300 m, with 150 m between them."""
+    winding = curve(RELEASED_S, 1e9, 1e-3)
+    shifts: Shifts = lambda t: winding(t) if (t - RELEASED_S) % 27.5 < 20.0 else (0.0, 0.0)  # noqa: E731
+    assert seen(drive(900.0, shifts))[1] is None
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_nor_is_one_of_four_or_two_whose_tread_grows_warm_while_it_is_braked(count: int) -> None:
+    """12 ppm per kelvin: 30 K more than the others, from the application on."""
+    warms = lambda t: 3.6e-4 * min(max((t - BRAKED_S) / 10.0, 0.0), 1.0)  # noqa: E731
+    assert seen(drive(600.0, lambda t: [0.0] * (count - 1) + [warms(t)])) == (None, None)
+
+
+def test_where_two_of_four_turn_more_slowly_neither_is_told() -> None:
+    shift = drags(8e3, 4)
+    assert seen(drive(600.0, lambda t: [shift(t)[-1], 0.0, 0.0, shift(t)[-1]])) == (None, None)
+
+
+@pytest.mark.parametrize(("shift", "is_told"), [(1.0e-4, False), (1.9e-3, True), (2.2e-3, False)])
+def test_less_is_of_no_account_and_more_is_another_wheel(shift: float, is_told: bool) -> None:
+    told = seen(drive(500.0, lambda t: (0.0, 0.0, 0.0, shift * (t >= RELEASED_S))))
+    assert (told != (None, None)) is is_told
+
+
+def test_of_a_light_wagon_the_force_decides() -> None:
+    """A quarter of the mass: a shift of 2e-4 is 0.3 kN."""
+    light = [replace(now, mass_kg=MASS_KG / 4.0) for now in drive(500.0, lambda t: (0.0, 0.0, 0.0, 2e-4 * (t > 170.0)))]
+    assert seen(light) == (None, None)
+    assert seen(light, LastingCreepSearch(CONTACT_N, 200.0)) != (None, None)
+
+
+def test_brakings_meanwhile_do_not_hide_it() -> None:
+    """Put on anew each 25 s, for 8 s: 340 m of free rolling at a time."""
+    again = lambda t: FULL_N * (BRAKED_S <= t < RELEASED_S or (t > RELEASED_S and (t - RELEASED_S) % 25.0 > 17.0))  # noqa: E731
+    _, found_s = seen(drive(500.0, drags(8e3, 4), braked=again))
+    assert found_s is not None
+
+
+def test_pads_that_stick_press_more_than_is_told_already_while_the_brakes_are_vented() -> None:
+    """In position G that takes a minute; what it was like before the release counts."""
+    slowly = lambda t: FULL_N * (t >= BRAKED_S) * min(max((RELEASED_S + 60.0 - t) / 60.0, 0.0), 1.0)  # noqa: E731
+    sticks_n, per_n = 5e3, drags(1.0, 4, from_s=RELEASED_S)
+    shifts: Shifts = lambda t: [max(sticks_n - 0.2 * slowly(t), 0.0) * own for own in per_n(t)]  # noqa: E731
+    _, found_s = seen(drive(500.0, shifts, braked=slowly))
+    assert found_s is not None
+
+
+def test_a_brake_that_was_put_on_at_a_station_is_found_after_the_departure() -> None:
+    """The wagon stands for ten minutes; after two hours its wheels may be others."""
+    for stood_s, is_found in ((600.0, True), (7200.0, False)):
+        departs_s = RELEASED_S + stood_s
+        before = drive(RELEASED_S, drags(0.0, 4))
+        after = drive(departs_s + 200.0, drags(8e3, 4), from_s=departs_s)
+        assert (seen(before + after)[1] is not None) is is_found
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"saturated": True},
+        {"wheelsets": tuple(wheelset(omega_radps=44.0, pressing_force_n=0.0, motor_force_n=-9e3) for _ in range(2))},
+    ],
+)
+def test_of_a_slide_or_a_motor_nothing_is_seen(changes: dict[str, object]) -> None:
+    sound = drive(500.0, drags(8e3, 2), changes=lambda t: changes if t >= RELEASED_S else {})
+    assert seen(sound) == (None, None)
+
+
+def test_nor_at_a_crawl_nor_without_its_inputs() -> None:
+    assert seen(drive(600.0, drags(8e3, 2), speed_mps=7.0)) == (None, None)
+    search = LastingCreepSearch(CONTACT_N, LEAST_N)
+    for now in drive(500.0, drags(8e3, 2)):
+        assert search.see(now, inputs_are_good=now.time_s < RELEASED_S) is None
+    assert search.suspected is None
+
+
+def test_a_single_wheelset_has_no_others() -> None:
+    assert seen(drive(500.0, lambda t: [5e-4 * (t >= RELEASED_S)])) == (None, None)
+
+
+@pytest.mark.parametrize("restarts", [False, True])
+def test_it_lasts_until_the_wagon_has_rolled_so_far_without_it(restarts: bool) -> None:
+    freed_s = 300.0
+    search = LastingCreepSearch(CONTACT_N, LEAST_N)
+    shifts = drags(8e3, 4, until_s=freed_s)
+    seen(drive(freed_s, shifts), search)
+    assert search.lasting is not None
+    if restarts:
+        drag, search = search.lasting, LastingCreepSearch(CONTACT_N, LEAST_N)
+        search.resume(drag)
+    seen(drive(freed_s + 50.0, shifts, from_s=freed_s), search)
+    assert search.lasting is not None
+    seen(drive(freed_s + 100.0, shifts, from_s=freed_s + 50.0), search)
+    assert search.lasting is None
+
+
+def test_one_that_drags_again_is_found_again() -> None:
+    search = LastingCreepSearch(CONTACT_N, LEAST_N)
+    again_s = 700.0
+    braked = lambda t: FULL_N * (BRAKED_S <= t < RELEASED_S or 680.0 <= t < again_s)  # noqa: E731
+    first, second = drags(8e3, 4, until_s=300.0), drags(8e3, 4, from_s=again_s)
+    _, found_s = seen(drive(680.0, first, braked=braked), search)
+    assert found_s is not None
+    assert search.lasting is None
+    _, found_s = seen(drive(900.0, second, braked=braked, from_s=680.0), search)
+    assert found_s is not None
+
+
+def test_a_clock_that_is_set_back_is_survived() -> None:
+    before = drive(RELEASED_S, drags(0.0, 4))
+    after = [replace(now, time_s=now.time_s - 5000.0) for now in drive(400.0, drags(8e3, 4), from_s=RELEASED_S)]
+    assert seen(before + after)[1] is not None
+
+
+def test_what_was_found_tells_over_which_way() -> None:
+    search = LastingCreepSearch(CONTACT_N, LEAST_N)
+    seen(drive(450.0, drags(8e3, 4)), search)
+    drag = search.lasting
+    assert isinstance(drag, CreepDrag)
+    assert drag.shown_over_m == pytest.approx(1000.0, abs=150.0)
+    assert drag.slip_shift == pytest.approx(8e3 / (MASS_KG * GRAVITY_MPS2 / 4) / STIFFNESS, rel=0.1)
+    assert drag.rolled_apart == pytest.approx(0.0, abs=1e-5)
