@@ -9,7 +9,8 @@ import pytest
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.misled import MisledBy
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Suspicion, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
 from estimates import estimate
 
@@ -124,3 +125,19 @@ def test_what_is_told_last_is_what_stands() -> None:
         if given := cycle.see(at(second), Finding(Severity.WARNING, named, {"inputs": named})):
             told.append((second, given.message))
     assert told == [(0, "speed, latitude"), (10, "speed")]
+
+
+def test_what_is_suspected_doubts_the_estimates_and_neither_raises_nor_clears() -> None:
+    cycle = AlarmCycle("dragging_brake", 1, RuleSettings(debounce_s=2.0, clear_s=2.0))
+    suspected = Suspicion(MisledBy.SILENT)
+    assert [cycle.see(at(second), suspected) for second in range(10)] == [None] * 10
+    assert cycle.misled_by is MisledBy.SILENT
+    cycle.see(at(10), Finding(Severity.ALARM, "It drags.", {}, misled_by=MisledBy.DRAG))
+    cycle.see(at(11), suspected)
+    assert cycle.see(at(12), Finding(Severity.ALARM, "It drags.", {})) is None  # debounced anew
+    assert cycle.see(at(14), Finding(Severity.ALARM, "It drags.", {})) is not None
+    assert [cycle.see(at(second), suspected) for second in range(15, 30)] == [None] * 15
+    assert cycle.open is not None
+    assert cycle.misled_by is MisledBy.SILENT
+    cycle.see(at(30), FINE)
+    assert cycle.misled_by is None

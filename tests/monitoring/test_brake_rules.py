@@ -18,7 +18,7 @@ from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Suspicion, Verdict
 from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.rules.creep_shares import told_apart
 from brake_monitor.monitoring.rules.dragging_brake import DraggingBrake
@@ -602,6 +602,35 @@ class TestDraggingBrake:
         stays = play(self.rule(), self.residual)[-1][0]
         assert isinstance(stays, Finding)
         assert self.rule().resume(0, stays.evidence) is None
+
+    def test_in_a_train_one_that_turns_more_slowly_ever_since_is_doubted_then_found_and_not_forgotten(self) -> None:
+        """The third of four drags with 10 kN of pad force; the wagon's speed, that of the train, does not tell."""
+        released_s = 40.0 + 60.0
+
+        def told(t: float) -> Sequence[float]:
+            return (braked(t - 60.0),) * 4
+
+        def real(t: float) -> Sequence[float]:
+            return (*told(t)[:2], max(told(t)[2], 10e3 * (t >= released_s)), told(t)[3])
+
+        rule = self.rule(4)
+        verdicts = play(rule, told, real, until_s=200.0)
+        of_it = [verdict for _, _, verdict, _ in verdicts]
+        doubted_s = next(k / 10 for k, verdict in enumerate(of_it) if isinstance(verdict, Suspicion))
+        (found_s,) = (found(verdicts)[2],)
+        assert found(verdicts) == [None, None, found_s, None]
+        assert found_s is not None
+        assert released_s < doubted_s < released_s + 20.0 < found_s
+        last = of_it[-1]
+        assert isinstance(last, Finding)
+        assert last.misled_by is MisledBy.DRAG
+        assert "brake of wheelset 3 drags" in last.message
+        assert "over 1.0 km of free rolling" in last.message
+        assert last.evidence["pressing_force_n"] == 0.0
+        later = self.rule(4)  # the program ends, and goes on
+        assert later.resume(2, last.evidence) is MisledBy.DRAG
+        assert {of_four[2] for of_four in play(later, told, told, until_s=20.0)} == {UNKNOWN}
+        assert play(later, told, told, until_s=160.0)[-1] == (FINE,) * 4
 
     @pytest.mark.parametrize("left_n", [6e3, 20e3])
     def test_two_of_four_still_press(self, left_n: float) -> None:

@@ -74,6 +74,18 @@ def test_one_of_four_that_stands_apart_each_time_is_told_by_four_applications_th
     assert frictions(*stops) == pytest.approx(expected if is_told else [0.34] * 4)
 
 
+@pytest.mark.parametrize(("own", "is_told"), [(0.70, True), (0.78, True), (0.82, False), (1.0, False)])
+@pytest.mark.parametrize("count", [2, 4])
+def test_one_that_bears_a_fifth_less_than_the_others_each_time_is_told_of_two_as_of_four(
+    count: int, own: float, is_told: bool
+) -> None:
+    """Of two the one that bears 30 % less than the other bears 18 % less than an equal share."""
+    whole = (count - 1.0 + own) / count
+    shares = [own / whole, *[1.0 / whole] * (count - 1)]
+    told = frictions(*[stop(shares, 0.34, start_s=100.0 * k) for k in range(4)])
+    assert told == pytest.approx([0.34 * share for share in shares] if is_told else [0.34] * count)
+
+
 @pytest.mark.parametrize(("last", "is_told"), [(0.7, True), (0.85, False)])
 def test_what_many_stops_agree_on_is_not_told_any_more_once_the_last_one_does_not_show_it(
     last: float, is_told: bool

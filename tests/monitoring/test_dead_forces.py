@@ -2,6 +2,8 @@
 
 from collections.abc import Sequence
 
+import pytest
+
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.dead_forces import DIED_S, DeadForces
@@ -32,6 +34,15 @@ def test_one_that_died_is_not_believed_as_the_others_press_again() -> None:
 def test_until_the_others_let_go_as_well_it_is_left_to_what_is_thought_of_it_alone() -> None:
     easing = (0.0, 0.3 * FULL_N, 0.3 * FULL_N, 0.3 * FULL_N)
     assert watched(*DIED, (18.0, easing, []), (20.0, RELEASED, [])) == [set()] * 4
+
+
+@pytest.mark.parametrize(("others_n", "is_told"), [(900.0, False), (1100.0, True), (5e3, True)])
+def test_nor_while_the_others_press_lightly_or_are_being_released(others_n: float, is_told: bool) -> None:
+    light = (0.0, others_n, others_n, others_n)
+    *_, lightly, fully, easing = watched(
+        *DIED, (20.0, RELEASED, []), (30.0, light, []), (40.0, ONE_SAYS_0, []), (50.0, light, [])
+    )
+    assert (lightly, fully, easing) == ({0} if is_told else set(), {0}, {0} if is_told else set())
 
 
 def test_one_that_presses_again_lives() -> None:

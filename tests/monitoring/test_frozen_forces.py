@@ -1,5 +1,6 @@
 """A pressing force that repeats itself is frozen when the others' common movement passes it by, and only then."""
 
+import random
 from collections.abc import Callable, Sequence
 
 import pytest
@@ -74,6 +75,23 @@ def test_a_force_that_does_not_rise_with_the_others_is_frozen(others: int) -> No
 
 def test_three_that_have_come_down_tell_of_the_fourth_at_standstill_too() -> None:
     assert frozen_in([frozen_at(12.0), *[driven] * 3], speed_mps=0.0) == {0}
+
+
+@pytest.mark.parametrize(
+    ("share", "trembles", "is_told"), [(0.125, True, True), (0.125, False, False), (0.06, True, False)]
+)
+def test_in_a_light_braking_a_force_that_trembled_and_no_longer_does_is_frozen_if_it_does_not_come_down(
+    share: float, trembles: bool, is_told: bool
+) -> None:
+    """5 kN; a coarse sensor that never trembled may stand by right, and brakes differ by 2 kN."""
+    rng = random.Random(3)
+    steps_n = [trembles * 12.0 * round(rng.gauss(0.0, 1.5)) for _ in range(round(END_S * 10))]
+
+    def light(freezes_s: float) -> Force:
+        told_s = lambda time_s: min(time_s, freezes_s)  # noqa: E731
+        return lambda time_s: (f := share * driven(told_s(time_s))) + steps_n[round(told_s(time_s) * 10)] * (f > 0.0)
+
+    assert frozen_in([light(18.0), *[light(1e9)] * 3]) == ({0} if is_told else set())
 
 
 def test_two_of_four_that_freeze_together_are_told() -> None:

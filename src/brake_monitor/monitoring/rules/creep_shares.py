@@ -18,7 +18,7 @@ CLEAR_SIGMAS = 3.0  # of the noise; wheel speeds in coarse steps tell brakes apa
 OFF = 0.15  # of nominal: more than weather changes friction, so that something is wrong with a brake
 CULPRIT = 0.40  # of nominal
 SURE_SIGMAS = 1.96
-APART = 0.20  # of an equal share
+APART = 0.20  # of an equal share; where applications agree, of what the others bear
 AHEAD = 2e-4  # no brake makes a wheelset run ahead of free rolling: it is, or was, in a curve
 AGREEING_APPLICATIONS = 4  # at least: in one or two a curve may make a share look unequal
 # Student's t by which a share in 4, 5, … applications is sure to 99.9 %: nobody knows how much curves do, and every
@@ -158,7 +158,7 @@ def _agreed(newest_first: Sequence[ApplicationRecord], lately: Sequence[Share]) 
             break
         fits = [_fit(i, newest_first[:count]) for i in range(len(lately))]
         if any(
-            share.is_apart and abs(share.value - 1.0) > sure_t * scatter and _same_way(share, now)
+            abs(share.value - 1.0) > sure_t * scatter and _stands_apart(share, now, len(fits))
             for (share, scatter), now in zip(fits, lately, strict=True)
         ):
             return [share._replace(value=max(share.value, 0.0)) for share, _ in fits]
@@ -181,6 +181,22 @@ def _fit(i: int, records: Sequence[ApplicationRecord]) -> tuple[Share, float]:
     return Share(value, sqrt(noise) / squares, by_force), sqrt(off / (len(records) - 1) / squares)
 
 
-def _same_way(share: Share, now: Share) -> bool:
-    """Whether it stands apart now as well."""
-    return (now.value - 1.0) * (share.value - 1.0) > 0.0 and abs(now.value - 1.0) > APART
+def _stands_apart(share: Share, now: Share, count: int) -> bool:
+    """Whether a wheelset bears so much less or more than the others, and than the forces make of it, as it does `now`.
+
+    One of two that bears 30 % less than the other bears but 18 % less than an equal share.
+    """
+    others, others_by_force = _others(share.value, count), _others(share.by_force, count)
+    is_apart = _differ(share.value, others) and _differ(share.value * others_by_force, share.by_force * others)
+    is_clear = min(abs(share.value - 1.0), abs(share.value - share.by_force)) > CLEAR_SIGMAS * share.std
+    goes_on = (now.value - 1.0) * (share.value - 1.0) > 0.0 and _differ(now.value, _others(now.value, count))
+    return is_apart and is_clear and goes_on
+
+
+def _others(value: float, count: int) -> float:
+    """The mean share of the others."""
+    return (count - value) / (count - 1)
+
+
+def _differ(one: float, other: float) -> bool:
+    return min(one, other) < (1.0 - APART) * max(one, other)
