@@ -10,7 +10,11 @@ import zenoh
 
 endpoint = sys.argv[1] if len(sys.argv) > 1 else "tcp/127.0.0.1:7447"
 config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [endpoint]}}))
-with zenoh.open(config) as session, session.declare_subscriber("brake/v1/*/adhesion") as subscriber:
+try:
+    session = zenoh.open(config)
+except zenoh.ZError:
+    sys.exit(f"nobody answers at {endpoint}")
+with session, session.declare_subscriber("brake/v1/*/adhesion") as subscriber:
     for sample in subscriber:
         message = json.loads(sample.payload.to_bytes())
         if message["quality"] == "good":

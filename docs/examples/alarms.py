@@ -12,10 +12,11 @@ from zenoh import ext
 endpoint = sys.argv[1] if len(sys.argv) > 1 else "tcp/127.0.0.1:7447"
 config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [endpoint]}}))
 history = ext.HistoryConfig(detect_late_publishers=True)
-with (
-    zenoh.open(config) as session,
-    ext.declare_advanced_subscriber(session, "brake/v1/*/alarm/**", history=history) as subscriber,
-):
+try:
+    session = zenoh.open(config)
+except zenoh.ZError:
+    sys.exit(f"nobody answers at {endpoint}")
+with session, ext.declare_advanced_subscriber(session, "brake/v1/*/alarm/**", history=history) as subscriber:
     for sample in subscriber:
         alarm = json.loads(sample.payload.to_bytes())
         state = alarm["state"] + (", acknowledged" if alarm["acknowledged_time_s"] else "")

@@ -14,8 +14,8 @@ from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 from estimates import alarm, estimate
-from network import running
-from program import PATIENCE_S, Program, until
+from network import free_port, running
+from program import PATIENCE_S, Program, Router, run, until
 
 EXAMPLES = Path(__file__).parents[2] / "docs" / "examples"
 ZENOH_CLI = os.environ.get("ZENOH_CLI") or shutil.which("zenoh")
@@ -79,13 +79,39 @@ def test_acknowledge() -> None:
         until(lambda: publisher.counters.events_sent == 2)
         (one,) = lines_of(publisher, "acknowledge.py", "wagon-1", "low_adhesion-5000")
         (latched,) = lines_of(publisher, "acknowledge.py", "wagon-1")
-        (nothing,) = lines_of(publisher, "acknowledge.py", "wagon-2")
-    assert nothing == "wagon-2 tells of no alarm that waits to be acknowledged"
     assert (one.split()[0], latched.split()[0]) == ("low_adhesion-5000", "dragging_brake-1-5000")
     assert '"accepted":true' in one
     with running() as publisher:
         (refused,) = lines_of(publisher, "acknowledge.py", "wagon-1", "low_adhesion-5000")
+        (nothing,) = lines_of(publisher, "acknowledge.py", "wagon-1")
     assert "does not let alarms be acknowledged" in refused
+    assert nothing == "wagon-1 tells of no alarm that waits to be acknowledged"
+
+
+@pytest.mark.parametrize("example", sorted(path.name for path in EXAMPLES.glob("*.py")))
+def test_where_nobody_answers_an_example_says_so(example: str) -> None:
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    ended = run(sys.executable, EXAMPLES / example, endpoint)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (1, "", f"nobody answers at {endpoint}\n")
+
+
+@pytest.mark.parametrize(
+    ("example", "arguments"),
+    [
+        ("last_values.py", []),
+        ("history.py", []),
+        ("history.py", ["wagon-7"]),
+        ("acknowledge.py", ["wagon-7", "some-id"]),
+    ],
+)
+def test_who_asks_where_no_daemon_answers_is_told(example: str, arguments: list[str]) -> None:
+    """Who listens goes on: a daemon may come."""
+    endpoint = f"tcp/127.0.0.1:{free_port()}"
+    with Router(endpoint):
+        ended = run(sys.executable, EXAMPLES / example, endpoint, *arguments)
+    (wagon, *_) = (*arguments, "*")
+    said = f"no daemon answers as brake/v1/{wagon} at {endpoint}\n"
+    assert (ended.returncode, ended.stdout, ended.stderr) == (1, "", said)
 
 
 @pytest.mark.skipif(not ZENOH_CLI, reason="needs an independent client: pip install zenoh-cli, elsewhere than here")
