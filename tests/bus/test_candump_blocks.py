@@ -57,7 +57,7 @@ times = st.one_of(
     st.integers(0, 10**17).map(lambda us: f"{us // 10**6:010}.{us % 10**6:06}"),
     st.from_regex(r"[0-9a]{1,12}\.?[0-9A]{0,8}", fullmatch=True),
 )
-channels = st.one_of(st.sampled_from(["can0", "can1", "c.1"]), st.text("can01.#)( \té\x0b", min_size=1, max_size=40))
+channels = st.one_of(st.sampled_from(["can0", "can1", "c.1"]), st.text("can01.#)( \té\x0b\0", min_size=1, max_size=40))
 ordinary_ids = st.one_of(
     st.integers(0, 0x7FF).map(lambda n: f"{n:03X}"), st.integers(0, 0x1FFFFFFF).map(lambda n: f"{n:08x}")
 )

@@ -30,6 +30,7 @@ def test_lines_that_candump_writes(line: str, frame: Frame) -> None:
         "", "(1.5) can0", "(1.5) can0 1A0", "(1.5) can0 1A0#0", "(1.5) can0 1A#00", "(1.5) can0 8A0#00",
         "1.5 can0 1A0#00", "(nan) can0 1A0#00", "(1.5) can0 1A0#001122334455667788", "(1.5) can0 1A0##1" + "ab" * 65,
         "(1.5) can0 1A0#XY", "(1.5) can0 40000000#00", "(1.5) can0 E0000080#00", "(1.5) can0 1A0#00 (1.6) can0 1A0#00",
+        "(1.5) ca\0n0 1A0#00",
     ],
 )  # fmt: skip
 def test_lines_that_it_does_not(line: str) -> None:

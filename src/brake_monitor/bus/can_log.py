@@ -2,11 +2,12 @@
 
 Damage is refused as far as it can be seen: a line that cannot be read, by its number, one with fewer bytes than it
 announces, a BLF file that is shorter than its header says. A recorder that loses power leaves a text whose last line is
-incomplete: that line is left out, with a remark. So is that of any packed text that was cut. An MDF or BLF file that
-its recorder did not finish, as some never do, is read as far as it goes, with a remark: nothing in it tells whether it
-was cut. Frames that are years apart are remarked on. What cannot be told: text that was cut between two lines; an ASC
-line that ends before its identifier, which could be an event of another kind, or within its last byte; a candump line
-that lacks whole bytes (its signals are then missing, none is wrong).
+incomplete: that line is left out, with a remark. So is that of any packed text that was cut, and the remains of a
+candump line that something else was written behind: see `candump_log`. An MDF or BLF file that its recorder did not
+finish, as some never do, is read as far as it goes, with a remark: nothing in it tells whether it was cut. Frames that
+are years apart are remarked on. What cannot be told: text that was cut between two lines; an ASC line that ends before
+its identifier, which could be an event of another kind, or within its last byte; a candump line that lacks whole bytes
+(its signals are then missing, none is wrong).
 """
 
 import codecs
@@ -29,7 +30,7 @@ from brake_monitor.bus import mf4
 from brake_monitor.bus.blf_blocks import BlfBlocks
 from brake_monitor.bus.can_message import frame_of
 from brake_monitor.bus.candump_blocks import CandumpBlocks
-from brake_monitor.bus.candump_log import parse_line, writes_eight_digits_for_all
+from brake_monitor.bus.candump_log import behind_tear, parse_line, writes_eight_digits_for_all
 from brake_monitor.bus.damage import printable, what_is_wrong
 from brake_monitor.bus.gathering import in_blocks
 from brake_monitor.bus.log_channels import LogChannels
@@ -39,12 +40,14 @@ from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, LATEST_TIME
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.host import extras
 from brake_monitor.nearest import nearest_file
+from brake_monitor.plural import plural
 from brake_monitor.settings.config import CanBus
 
 _TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
 _OF_LINES = (".log", *_TEXT_READERS)
 _SUFFIXES = (*_OF_LINES, ".blf", ".db", ".mf4")
 _LAST_LINE = "the last line is cut off: left out"
+_TORN = "torn, as a power cut leaves it: only what stands whole behind the tear is read"
 _NOT_FINISHED = "was not finished by its recorder, as those of some never are, or was cut off: read as far as it goes"
 _LONGEST_FILE = 1 << 40  # bytes; no recording has them, and not every file system lets one look further
 _COUNTED_FROM_1 = frozenset({".trc", ".mf4"})  # those of the other formats python-can counts from 0
@@ -80,6 +83,7 @@ class LogSource:
         self._file: BinaryIO | None = None
         self._lines: _CountedLines | None = None  # of a text format that python-can reads
         self._is_padded = False
+        self._torn: list[int] = []  # lines of a candump log
         self._channels = LogChannels(buses, int(suffix in _COUNTED_FROM_1), self._remark)
         self._look_into()
 
@@ -96,6 +100,7 @@ class LogSource:
     def blocks(self) -> Generator[FrameBlock]:
         """The same frames, by the block."""
         order = TimeOrder()
+        self._torn = []
         with self._opened() as (stack, content):
             try:
                 for block in self._blocks(stack, content):
@@ -109,6 +114,9 @@ class LogSource:
                 if self._lines is None or not self._lines.are_cut_off:
                     raise
                 self._remark(_LAST_LINE, self._lines.number)
+        if self._torn:
+            first, *further = self._torn
+            self._remark(f"{_TORN}, as of {plural(len(further), 'further line')}" if further else _TORN, first)
         for remark in order.remarks:
             self._remark(remark)
 
@@ -184,7 +192,7 @@ class LogSource:
             self.remarks += (remark,)
 
     def _candump_frame(self, raw: bytes, number: int) -> Frame | None:
-        """The frame of one line; None when the line is empty, or the last one and incomplete."""
+        """The frame of one line; None when the line is empty, or only what a power cut left of one."""
         text = raw.decode("ascii", errors="replace")
         if text.isspace():
             return None
@@ -194,7 +202,13 @@ class LogSource:
             if number > 1 and not raw.endswith(b"\n"):
                 self._remark(_LAST_LINE, number)
                 return None
-            raise InputError(f"{self._path}:{number}: {error}: {printable(text)!r}") from None
+            behind = behind_tear(text)
+            if behind is None:
+                raise InputError(f"{self._path}:{number}: {error}: {printable(text)!r}") from None
+            self._torn.append(number)
+            if not behind:
+                return None
+            frame = parse_line(behind, self._is_padded)
         return frame._replace(bus=self._channels[frame.bus])
 
     def _mf4(self, stack: ExitStack, content: BinaryIO) -> Iterator[can.Message]:

@@ -113,7 +113,7 @@ class CandumpBlocks:
             first = unknown[0]
             channel = characters[begin[first] : begin[first] + min(length[first], _LONGEST_CHANNEL + 1)].tobytes()
             place = _ODD
-            if len(channel) <= _LONGEST_CHANNEL and channel.split() == [channel]:
+            if len(channel) <= _LONGEST_CHANNEL and channel.split() == [channel] and b"\0" not in channel:
                 place = self._place(self._bus_of(channel.decode("ascii", errors="replace")))
                 self._channels[channel] = place
             bus[first] = place
