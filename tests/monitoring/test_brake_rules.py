@@ -228,6 +228,20 @@ class TestFrictionOutOfBand:
         expected = [0.5 * NOMINAL, other * NOMINAL] if is_told else [friction, friction]
         assert found == pytest.approx(expected)
 
+    def test_a_wheelset_whose_torque_is_not_known_takes_nothing_from_the_others(self) -> None:
+        """The last one slid all the time: of what the others gave, each is still told its share by earlier creep."""
+        shares = (0.55, 1.15, 1.15, 1.15)
+        crept = [wheelset_stop(0.28, creep=share * 12e-4, creep_std=3e-5) for share in shares]
+        slid = wheelset_stop(None, pressing_force_n=None)
+        shared = told_apart([stop(*crept), stop(*[wheelset_stop(0.25)] * 3, slid)], NOMINAL)
+        found = [own.friction for own in shared.wheelsets]
+        assert found == [*(pytest.approx(0.25 * share) for share in shares[:3]), None]
+
+    def test_of_an_application_in_which_all_slid_creep_tells_nothing(self) -> None:
+        crept = [wheelset_stop(0.28, creep=share * 12e-4, creep_std=3e-5) for share in (0.55, 1.15, 1.15, 1.15)]
+        slid = stop(*[wheelset_stop(None, pressing_force_n=None)] * 4)
+        assert told_apart([stop(*crept), slid], NOMINAL) == slid
+
     @pytest.mark.parametrize(("every_s", "is_told"), [(100.0, True), (25.0, False)])
     def test_stops_in_one_curve_do_not_bear_each_other_out(self, every_s: float, is_told: bool) -> None:
         """A curve shows in all of them alike; in as many places there are no four that turn the same way."""

@@ -104,8 +104,9 @@ def _runs_ahead(own: WheelsetRecord) -> bool:
 
 
 def _shared_out(record: ApplicationRecord, shares: Sequence[Share]) -> ApplicationRecord:
-    """The torque of all, shared out like this."""
-    mean_nm = mean(own.torque_nm or 0.0 for own in record.wheelsets)
+    """The torque of all whose torque is known, shared out like this."""
+    known_nm = [own.torque_nm for own in record.wheelsets if own.torque_nm is not None]
+    mean_nm = mean(known_nm) if known_nm else 0.0
     own = [_with_torque(one, mean_nm * share.value) for one, share in zip(record.wheelsets, shares, strict=True)]
     return replace(record, wheelsets=tuple(own))
 
