@@ -3,9 +3,11 @@
 from collections.abc import Sequence
 
 import pytest
+from msgspec.structs import replace
+from scipy import stats
 
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
-from brake_monitor.monitoring.rules.creep_shares import told_apart
+from brake_monitor.monitoring.rules.creep_shares import SURE_T, told_apart
 
 NOMINAL = 0.35
 CREEP = 12e-4
@@ -15,8 +17,11 @@ def stop(
     shares: Sequence[float],
     friction: float,
     std: float = 0.005,
+    *,
     start_s: float = 0.0,
     forces_n: Sequence[float] | None = None,
+    creep: float = CREEP,
+    creep_std: float = 2e-5,
 ) -> ApplicationRecord:
     """An application in which the wheelsets creep by these shares; the estimator tells the same friction of all."""
     wheelsets = tuple(
@@ -32,8 +37,8 @@ def stop(
             wsp_actions=0,
             greatest_slip=0.003,
             peak_disc_temperature_c=60.0,
-            creep=share * CREEP,
-            creep_std=2e-5,
+            creep=share * creep,
+            creep_std=creep_std,
         )
         for share, force_n in zip(shares, forces_n or [40e3] * len(shares), strict=True)
     )
@@ -49,7 +54,7 @@ def frictions(*stops: ApplicationRecord) -> list[float | None]:
     [
         (0.22, 0.005, True),
         (0.28, 0.005, True),  # a fifth below nominal
-        (0.28, 0.020, False),  # ... or not
+        (0.28, 0.012, False),  # ... or not: 95 % of what it may be reach into the weather
         (0.31, 0.005, False),  # weather does as much
         (0.45, 0.005, True),  # both bite too well, the one more so
     ],
@@ -86,13 +91,37 @@ def test_one_that_bears_a_fifth_less_than_the_others_each_time_is_told_of_two_as
     assert told == pytest.approx([0.34 * share for share in shares] if is_told else [0.34] * count)
 
 
-@pytest.mark.parametrize(("last", "is_told"), [(0.7, True), (0.85, False)])
+@pytest.mark.parametrize(
+    ("own", "last", "is_told"), [(0.7, 0.7, True), (0.7, 0.85, False), (0.7, 1.3, False), (1.4, 0.7, False)]
+)
 def test_what_many_stops_agree_on_is_not_told_any_more_once_the_last_one_does_not_show_it(
-    last: float, is_told: bool
+    own: float, last: float, is_told: bool
 ) -> None:
-    shares = [[share, *[(4.0 - share) / 3.0] * 3] for share in [0.7] * 12 + [last]]
+    shares = [[share, *[(4.0 - share) / 3.0] * 3] for share in [own] * 12 + [last]]
     stops = [stop(of_all, 0.34, start_s=100.0 * k) for k, of_all in enumerate(shares)]
     assert (frictions(*stops) != [0.34] * 4) is is_told
+
+
+@pytest.mark.parametrize(("creep", "is_told"), [(3e-4, False), (5e-4, True)])
+def test_creep_that_is_as_little_as_curves_make_tells_nothing(creep: float, is_told: bool) -> None:
+    assert (frictions(stop((1.25, 0.75), 0.22, creep=creep)) != [0.22] * 2) is is_told
+
+
+def test_where_one_wheelsets_creep_is_not_known_nobodys_share_is() -> None:
+    known = stop((1.3, 0.7, 1.3, 0.7), 0.22)
+    first, *others = known.wheelsets
+    assert frictions(replace(known, wheelsets=(replace(first, creep=None), *others))) == [0.22] * 4
+
+
+def test_applications_that_agree_are_as_sure_as_the_creep_of_each() -> None:
+    """0.7 of a share in each of four, known to 0.25: together to an eighth. It lacks less than three of them."""
+    stops = [stop((0.7, 1.1, 1.1, 1.1), 0.34, start_s=100.0 * k, creep_std=0.25 * CREEP) for k in range(4)]
+    assert frictions(*stops) == [0.34] * 4
+
+
+def test_so_many_applications_are_to_agree_as_chance_needs() -> None:
+    """Student's t, two-sided at 99.9 %, by what is free in the scatter of 4, 5, … applications."""
+    assert pytest.approx([stats.t.ppf(0.9995, 3 + k) for k in range(len(SURE_T))], abs=0.006) == SURE_T
 
 
 CURVES = [[1.17, 0.88, 1.17, 0.77], [1.49, 0.51, 1.49, 0.51], [1.34, 0.61, 1.44, 0.61], [1.72, 0.27, 1.72, 0.29]]
@@ -111,9 +140,10 @@ def test_a_wheelset_that_ran_ahead_in_between_shows_how_much_curves_do(between: 
     assert (frictions(*stops) != [0.34] * 4) is is_told
 
 
-def test_a_wheelset_that_runs_ahead_shows_a_curve_and_no_share() -> None:
-    assert frictions(stop((0.4, 1.2, 1.2, 1.2), 0.28)) != [0.28] * 4
-    assert frictions(stop((-0.4, 1.4, 1.5, 1.5), 0.28)) == [0.28] * 4
+@pytest.mark.parametrize(("own", "is_told"), [(0.4, True), (0.1, True), (-0.125, True), (-0.25, False), (-0.4, False)])
+def test_a_wheelset_that_runs_ahead_shows_a_curve_and_no_share(own: float, is_told: bool) -> None:
+    """By 1.5e-4 a wheel speed may err, too."""
+    assert (frictions(stop((own, *[(4.0 - own) / 3.0] * 3), 0.28)) != [0.28] * 4) is is_told
 
 
 def test_where_curves_scatter_more_stops_tell_of_a_weak_brake() -> None:
@@ -130,14 +160,18 @@ def test_where_curves_scatter_more_stops_tell_of_a_weak_brake() -> None:
         (4e3, 0.06, False),  # it does a tenth of the others' work; a little noise makes half of that of it
         (20e3, 0.50, False),  # of what its force says 0.57
         (20e3, 0.20, True),
+        (20e3, 1.00, False),  # as much as the others, by whatever: nobody stands apart
         (40e3, 0.50, True),
     ],
 )
 def test_creep_adds_nothing_to_what_pressing_forces_tell_already(force_n: float, share: float, is_told: bool) -> None:
     """A brake that presses less than the others does less: its pads are not to blame."""
     shares = [share, *[(4.0 - share) / 3.0] * 3]
-    found = frictions(stop(shares, 0.28, forces_n=[force_n, *[40e3] * 3]))
+    forces_n = [force_n, *[40e3] * 3]
+    found = frictions(stop(shares, 0.28, forces_n=forces_n))
     assert (found != [0.28] * 4) is is_told
+    sound = [stop(shares, 0.34, start_s=100.0 * k, forces_n=forces_n) for k in range(4)]  # of all, were it so by chance
+    assert (frictions(*sound) != [0.34] * 4) is is_told
 
 
 def test_brakings_in_which_nothing_creeps_at_all_tell_nothing() -> None:
