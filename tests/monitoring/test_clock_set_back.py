@@ -28,20 +28,21 @@ NONE = (0.0, 0.0)
 def rolling(
     time_s: float,
     *,
-    pressing_n: tuple[float, float] = NONE,
-    rail_n: tuple[float, float] = NONE,
+    pressing_n: tuple[float, ...] = NONE,
+    rail_n: tuple[float, ...] = NONE,
     more_mps2: float = 0.0,
-    radius_m: tuple[float, float] = (RADIUS_M, RADIUS_M),
+    radius_m: tuple[float, ...] = (RADIUS_M, RADIUS_M),
+    speed_mps: float = SPEED_MPS,
 ) -> Estimate:
     """At constant speed; `rail_n` retards each wheelset, `more_mps2` is what the pressing forces do not explain."""
-    turns = [SPEED_MPS / own_m * (1.0 - CREEP_PER_N * own_n) for own_n, own_m in zip(rail_n, radius_m, strict=True)]
+    turns = [speed_mps / own_m * (1.0 - CREEP_PER_N * own_n) for own_n, own_m in zip(rail_n, radius_m, strict=True)]
     wheelsets = tuple(
         wheelset(omega_radps=turn, slip=CREEP_PER_N * own_n, pressing_force_n=pressed_n)
         for turn, own_n, pressed_n in zip(turns, rail_n, pressing_n, strict=True)
     )
     return estimate(
         time_s=time_s,
-        speed_mps=SPEED_MPS,
+        speed_mps=speed_mps,
         adhesion=sum(rail_n) / (MASS_KG * GRAVITY_MPS2),
         saturated=False,
         deceleration_mps2=more_mps2,

@@ -1,5 +1,7 @@
 """A brake that drags unseen brakes from the release on: what comes later is the track."""
 
+from math import log
+
 import pytest
 from msgspec.structs import replace
 
@@ -109,6 +111,98 @@ def test_of_a_single_wheelset_nothing_can_be_told() -> None:
         assert search.see(replace(both, wheelsets=both.wheelsets[:1]), inputs_are_good=True) is None
 
 
+def after_a_release(
+    *,
+    rolls_s: float = 20.0,
+    brakes_s: float = 10.0,
+    released_s: float = 20.0,
+    speed_mps: float = 20.0,
+    brake_n: float = 8e3,
+    retards_n: float = DRAG_N,
+    creeps_n: float = DRAG_N,
+    other_creeps_n: float = 0.0,
+    until_s: float = END_S,
+    curve_until_s: float = 0.0,
+    climbs_until_s: float = END_S,
+) -> HiddenDrag | None:
+    """What is found last, of three wheelsets on a gradient.
+
+    After the release the wagon is retarded by `retards_n` until so long after it, and the first wheelset creeps as
+    under `creeps_n`. Before there may be a curve for a while, and the gradient may end.
+    """
+    search, drag, climbs_mps2 = HiddenDragSearch(CONTACT_N, LEAST_N), None, 0.05
+    release_s = rolls_s + brakes_s
+    for k in range(round(10.0 * (release_s + released_s))):
+        time_s = k / 10
+        brakes, drags = rolls_s <= time_s < release_s, release_s <= time_s < release_s + until_s
+        own_n = brakes * brake_n
+        curve_n = DRAG_N * (time_s < curve_until_s)
+        now = rolling(
+            time_s,
+            pressing_n=(FULL_N * brakes,) * 3,
+            rail_n=(own_n + drags * creeps_n + curve_n, own_n + drags * other_creeps_n, own_n),
+            more_mps2=drags * retards_n / MASS_KG + climbs_mps2 * (time_s < climbs_until_s),
+            radius_m=(RADIUS_M, 0.99 * RADIUS_M, 0.99 * RADIUS_M),
+            speed_mps=speed_mps,
+        )
+        drag = search.see(now, inputs_are_good=True) or drag
+    return drag
+
+
+def test_what_is_found_tells_how_the_wagon_rolled_before() -> None:
+    drag = after_a_release()
+    assert drag is not None
+    assert drag.retarding_force_n == pytest.approx(DRAG_N)
+    assert drag.slip_shift == pytest.approx(CREEP_PER_N * DRAG_N, rel=1e-3)
+    assert drag.rolled_deceleration_mps2 == pytest.approx(0.05)
+    assert drag.rolled_apart == pytest.approx(log(0.99))
+
+
+@pytest.mark.parametrize(
+    ("drive", "is_found"),
+    [
+        ({"speed_mps": 9.0}, True),
+        ({"speed_mps": 7.0}, False),  # the speeds' own noise counts too much
+        ({"rolls_s": 8.0}, True),
+        ({"rolls_s": 6.0}, False),  # nobody knows how it rolled before
+        ({"brakes_s": 4.0}, True),
+        ({"brakes_s": 2.0}, False),  # nor how stiffly it creeps
+        ({"released_s": 13.5}, True),
+        ({"released_s": 11.5}, False),  # nor whether it lasts
+        ({"brake_n": 0.0}, False),  # brakes that made nothing creep
+        ({"retards_n": 1.5e3, "creeps_n": 1.5e3}, True),
+        ({"retards_n": 1.1e3, "creeps_n": 1.1e3}, False),  # as good as none
+        ({"retards_n": 1.3e3, "creeps_n": 0.9e3}, False),  # tyres and curves make as much creep
+        ({"other_creeps_n": 0.75 * DRAG_N}, False),  # a curve, in which the others come apart as well
+    ],
+)
+def test_what_shows_a_drag_and_what_does_not(drive: dict[str, float], is_found: bool) -> None:
+    assert (after_a_release(**drive) is not None) is is_found
+
+
+@pytest.mark.parametrize(
+    "drive",
+    [
+        {"released_s": 45.0, "until_s": 31.0},  # the track may have changed
+        {"rolls_s": 40.0, "curve_until_s": 26.0},  # it lies behind
+        {"rolls_s": 40.0, "climbs_until_s": 33.0},  # a gradient counts while it is the same
+    ],
+)
+def test_what_is_long_past_or_comes_late_has_no_say(drive: dict[str, float]) -> None:
+    drag = after_a_release(**drive)
+    assert drag is not None
+    assert drag.retarding_force_n == pytest.approx(DRAG_N)
+    assert drag.slip_shift == pytest.approx(CREEP_PER_N * DRAG_N, rel=1e-3)
+
+
+def test_a_drag_is_gone_when_the_wagon_rolls_on_its_gradient_as_it_did_before() -> None:
+    search = HiddenDragSearch(CONTACT_N, LEAST_N)
+    search.resume(HiddenDrag(0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_deceleration_mps2=0.05, rolled_apart=0.0))
+    for k in range(150):
+        search.see(rolling(k / 10, more_mps2=0.05), inputs_are_good=True)
+    assert not search.lasting
+
+
 AGAIN_S, FREED_S, SEEN_S = 100.0, 110.0, 125.0
 
 
@@ -153,13 +247,17 @@ def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(
     assert set(search.lasting) == ({0} if lasts else set())
 
 
-def test_a_drag_that_was_told_before_tyres_were_turned_does_not_last_for_ever() -> None:
-    """In the workshop the brake was mended, and the other wheelset turned: this one turns slowly ever after."""
+@pytest.mark.parametrize(("turned_to", "lasts"), [(0.997, False), (0.9985, False), (0.999, True)])
+def test_a_drag_that_was_told_before_tyres_were_turned_does_not_last_for_ever(turned_to: float, lasts: bool) -> None:
+    """In the workshop the brake was mended, and the other wheelset turned: this one turns slowly ever after.
+
+    A narrow curve does as much as a thousandth.
+    """
     search = HiddenDragSearch(CONTACT_N, LEAST_N)
     search.resume(HiddenDrag(0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_deceleration_mps2=0.0, rolled_apart=0.0))
     for k in range(150):
-        search.see(rolling(k / 10, radius_m=(RADIUS_M, 0.997 * RADIUS_M)), inputs_are_good=True)
-    assert not search.lasting
+        search.see(rolling(k / 10, radius_m=(RADIUS_M, turned_to * RADIUS_M)), inputs_are_good=True)
+    assert bool(search.lasting) is lasts
 
 
 FIRST_BRAKED_S, BEGINS_S, FIRST_RELEASED_S = 20.0, 30.0, 40.0
