@@ -106,17 +106,47 @@ def test_no_protection_leaves_slip_and_force_alone_for_a_minute() -> None:
     assert found[0] == pytest.approx(60.0, abs=0.5)
 
 
+@pytest.mark.parametrize(("eases_by_n", "found_s"), [(4.8e3, 60.0), (5.4e3, 90.0)])
+def test_a_brake_is_left_alone_as_long_as_it_moves_by_no_more_than_a_tenth_and_a_kilonewton(
+    eases_by_n: float, found_s: float
+) -> None:
+    """It presses with 40 kN, and after half a minute with less."""
+    watched = watch()
+    show(watched, said(1.0))
+    eased = wheelset(slip=0.002, pressing_force_n=40e3 - eases_by_n)
+    found = first(judged(watched, lambda t: (BRAKED if t < 30.0 else eased,) * 2, 120.0))
+    assert found is not None
+    assert found[0] == pytest.approx(found_s, abs=0.5)
+
+
+@pytest.mark.parametrize(("step_s", "is_told"), [(0.8, True), (1.2, False)])
+def test_nobody_knows_what_a_flag_did_between_estimates_that_are_far_apart(step_s: float, is_told: bool) -> None:
+    watched = watch()
+    show(watched, said(1.0))
+    told = [watched.judge(estimate(time_s=step_s * k, wheelsets=(ROLLS, ROLLS)), [True, True]) for k in range(50)]
+    assert any(told) is is_told
+
+
+def test_a_flag_for_all_wheelsets_is_about_a_brake_as_long_as_any_presses() -> None:
+    watched = watch(1)
+    show(watched, said(1.0))
+    assert first(judged(watched, lambda _: (ROLLS, BRAKED), 55.0)) is None
+
+
 def test_a_flag_for_all_wheelsets_may_be_about_the_one_that_slides() -> None:
     watched = watch(1)
     show(watched, said(1.0))
     assert first(judged(watched, slides, 120.0)) is None
 
 
-def test_what_stands_or_is_not_measured_says_nothing_of_the_flag() -> None:
-    for speed_mps, known in ((0.0, True), (20.0, False)):
-        watched = watch()
-        show(watched, said(1.0))
-        assert first(judged(watched, both(ROLLS), 120.0, speed_mps=speed_mps, known=known)) is None
+@pytest.mark.parametrize(
+    ("speed_mps", "known", "is_told"), [(0.0, True, False), (2.5, True, False), (3.5, True, True), (20.0, False, False)]
+)
+def test_what_crawls_or_is_not_measured_says_nothing_of_the_flag(speed_mps: float, known: bool, is_told: bool) -> None:
+    """Valves are tested while the wagon stands, and slower than 3 m/s slip shows nothing."""
+    watched = watch()
+    show(watched, said(1.0))
+    assert (first(judged(watched, both(ROLLS), 120.0, speed_mps=speed_mps, known=known)) is not None) is is_told
 
 
 def test_a_stuck_flag_excuses_no_brake() -> None:

@@ -7,7 +7,7 @@ from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.reports import GOOD, BusReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
-from brake_monitor.monitoring.rules.inputs import InputLost
+from brake_monitor.monitoring.rules.inputs import InputImplausible, InputLost
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate, observation, report
@@ -75,6 +75,34 @@ def test_a_bus_that_is_up_again_is_told_of_its_error_frames_alone() -> None:
         told += monitor.see(observation(estimate(time_s=1000.0 + second), (), (bus,)))
     assert (told[0].evidence["bus_off"], told[-1].evidence["bus_off"]) == ("yes", "no")
     assert "off" not in told[-1].message
+
+
+@pytest.mark.parametrize(
+    ("quantity", "condition", "to_check"),
+    [
+        (Quantity.AXLE_SPEED, InputCondition.CONTRADICTED, ", and that the wheelset turns"),
+        (Quantity.PRESSING_FORCE, InputCondition.CONTRADICTED, ", and that it measures what reaches the cylinder"),
+        (Quantity.AXLE_SPEED, InputCondition.REPEATED, ", and the gateway that may tell again what it was told last"),
+        (Quantity.PRESSING_FORCE, FROZEN, ""),
+    ],
+)
+def test_what_is_wrong_with_a_wheelsets_signal_is_told_of_it_with_what_to_check(
+    quantity: Quantity, condition: InputCondition, to_check: str
+) -> None:
+    """Another one of the same wheelset is out of its range, which says nothing of the first."""
+    inputs = (report(quantity, 1, "A.b", condition), report(Quantity.WHEEL_TORQUE, 1, "A.c", OUT_OF_RANGE))
+    wagon, first, second = InputImplausible(AlarmSettings().input_implausible, 2).judge(observation(estimate(), inputs))
+    assert (wagon, first) == (FINE, FINE)
+    assert isinstance(second, Finding)
+    assert second.message.endswith(f"check sensor and wiring{to_check}.")
+
+
+@pytest.mark.parametrize(("flags", "told_of"), [(1, 0), (2, 1)])
+def test_a_flag_that_there_is_but_one_of_is_the_wagons(flags: int, told_of: int) -> None:
+    inputs = tuple(report(Quantity.WSP_ACTIVE, i, f"WSP.{i}", GOOD if i else FROZEN) for i in range(flags))
+    inputs += (report(Quantity.SPEED, 0, "GNSS.v", GOOD),)
+    verdicts = InputImplausible(AlarmSettings().input_implausible, 2).judge(observation(estimate(), inputs))
+    assert [isinstance(verdict, Finding) for verdict in verdicts] == [k == told_of for k in range(3)]
 
 
 def lost_on_a_bus(silent_s: float, expected_s: float = 0.1, *, is_off: bool = False) -> tuple[Verdict, ...]:

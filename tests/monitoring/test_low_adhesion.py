@@ -3,12 +3,15 @@
 import pytest
 from msgspec.structs import replace
 
+from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.rule import Finding
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
+from brake_monitor.monitoring.rules.low_adhesion import LowAdhesion
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings, LowAdhesionRule, SlideRule
 from estimates import estimate, observation, report, wheelset
@@ -176,6 +179,7 @@ def test_a_long_gap_makes_two_events_with_ids_of_their_own() -> None:
     alarms = play(stretch(0.0, 3.0, 0.06) + gap + stretch(10.0, 13.0, 0.06))
     assert [a.cleared_time_s is None for a in alarms] == [True, False, True]
     assert alarms[0].id == alarms[1].id != alarms[2].id
+    assert alarms[1].cleared_time_s == pytest.approx(2.9 + LowAdhesionRule().merge_gap_s)
 
 
 def test_can_be_switched_off() -> None:
@@ -208,6 +212,52 @@ def test_who_rolls_beside_one_that_slides_tells_nothing_of_the_rail() -> None:
     assert raised.severity is Severity.WARNING
     assert raised.evidence["adhesion"] == pytest.approx(0.03)
     assert (raised.evidence["greatest_slip_1"], raised.evidence["greatest_slip_2"]) == (0.15, 0.02)
+
+
+def test_the_rail_gives_what_those_that_slide_take_on_average() -> None:
+    both = wheelset(slip=0.15, adhesion=0.03), wheelset(slip=0.15, adhesion=0.05)
+    told = [estimate(time_s=k / 10, wheelsets=both) for k in range(10)]
+    raised, *_ = watched([seen_of(now, WheelState.SLIDING, WheelState.SLIDING) for now in told])
+    assert raised.evidence["adhesion"] == pytest.approx(0.04)
+
+
+@pytest.mark.parametrize(("beside", "is_told"), [(WheelState.ROLLING, True), (WheelState.BLOCKED, False)])
+def test_beside_one_that_is_blocked_a_wheelset_that_stands_tells_nothing(beside: WheelState, is_told: bool) -> None:
+    """How much of what retards the wagon is whose, nobody knows."""
+    both = wheelset(slip=1.0, adhesion=0.03), wheelset(slip=0.0, adhesion=0.03)
+    told = [estimate(time_s=k / 10, wheelsets=both) for k in range(20)]
+    given = watched([seen_of(now, WheelState.STOPPED, beside) for now in told])
+    assert ("low_adhesion" in {alarm.kind for alarm in given}) is is_told
+
+
+@pytest.mark.parametrize(("then", "told_until_s"), [(WheelState.ROLLING, 0.4), (WheelState.PROTECTED, 1.5)])
+def test_for_a_while_a_slide_tells_of_the_rail_after_it(then: WheelState, told_until_s: float) -> None:
+    """What its protection releases slides again at once, and what it keeps from sliding far tries in a second."""
+    rule = LowAdhesion(LowAdhesionRule(), 1)
+    found_s = []
+    for k in range(40):
+        own = wheelset(slip=0.15 if k == 0 else 0.01, adhesion=0.03 if k == 0 else 0.01)
+        now = estimate(time_s=k / 10, wheelsets=(own,))
+        (verdict,) = rule.judge(seen_of(now, then if k else WheelState.SLIDING))
+        found_s += [k / 10] * isinstance(verdict, Finding)
+    assert found_s[-1] == told_until_s
+
+
+@pytest.mark.parametrize("sands", [False, True])
+def test_an_event_tells_of_what_slide_protection_and_driver_did_in_it(sands: bool) -> None:
+    """Of five acts, three were in an application before it; sand is strewn for a moment."""
+    drive = stretch(0.0, 10.0, 0.15, saturated=False) + stretch(10.0, 14.0, 0.03) + stretch(14.0, 25.0, 0.2)
+    acts = [WheelsetWork(wsp_actions=3 + (e.time_s >= 10.5) + (e.time_s >= 12.0)) for e in drive]
+    own = [replace(e.wheelsets[0], work=work) for e, work in zip(drive, acts, strict=True)]
+    *_, last = play(
+        [
+            replace(e, wheelsets=(wheel,), sanding=sands and e.time_s == 11.0)
+            for e, wheel in zip(drive, own, strict=True)
+        ]
+    )
+    assert last.cleared_time_s is not None
+    assert last.evidence["wsp_actions"] == 2
+    assert last.evidence["sanding"] == ("yes" if sands else "no")
 
 
 def test_slides_that_protection_ends_at_once_tell_of_the_rail_until_it_tries_again() -> None:
@@ -260,11 +310,12 @@ def test_an_event_adds_up_over_a_restart() -> None:
     """The rail gave 0.03 and then 0.06; the program was started anew between, and counts way and WSP from 0."""
     settings = AlarmSettings(slide=SlideRule(enabled=False))
     before, after = Monitor(wagon_rules(settings, 1)), Monitor(wagon_rules(settings, 1))
-    low = [replace(e, distance_m=20.0 * (e.time_s - 10.0)) for e in stretch(10.0, 13.0, 0.03)]
+    low = [replace(e, distance_m=20.0 * (e.time_s - 10.0), sanding=True) for e in stretch(10.0, 13.0, 0.03)]
     higher = [replace(e, distance_m=20.0 * (e.time_s - 13.0)) for e in stretch(13.0, 16.0, 0.06, speed_mps=10.0)]
     rolls = stretch(16.0, 30.0, 0.15)
     for e in low:
-        before.see(observation(e, wheels=(state(e),)))
+        own = replace(e.wheelsets[0], work=WheelsetWork(wsp_actions=2 * (e.time_s >= 11.0)))
+        before.see(observation(replace(e, wheelsets=(own,)), wheels=(state(e),)))
     after.resume(before.open_alarms())
     given = [alarm for e in higher + rolls for alarm in after.see(observation(e, wheels=(state(e),)))]
     last = given[-1]
@@ -275,6 +326,7 @@ def test_an_event_adds_up_over_a_restart() -> None:
     assert (last.evidence["started_time_s"], last.evidence["ended_time_s"]) == (10.0, pytest.approx(15.9))
     assert last.evidence["distance_m"] == pytest.approx(20.0 * 5.8, abs=4.0)
     assert (last.evidence["speed_start_mps"], last.evidence["speed_end_mps"]) == (20.0, 10.0)
+    assert (last.evidence["sanding"], last.evidence["wsp_actions"]) == ("yes", 2)
     assert "no more than 0.030 (limit 0.05) at 72 km/h" in last.message
 
 

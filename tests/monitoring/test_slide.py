@@ -10,7 +10,7 @@ from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
-from brake_monitor.monitoring.rule import UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.monitoring.rules.slide import Slide
 from brake_monitor.processing.pipeline import Pipeline
@@ -97,6 +97,17 @@ def test_a_slide_that_was_too_short_to_be_told_is_no_part_of_a_later_one() -> No
             given.append(alarm)
     assert given[0].evidence["started_time_s"] == 100.0
     assert rule.closing_evidence(0)["sliding_distance_m"] == pytest.approx(30.0, rel=0.05)
+
+
+def test_a_slide_that_is_not_told_yet_is_not_over_before_it_has_rolled_for_a_while() -> None:
+    """2.5 m, of which 3 are told; then the wheelset rolls, and then nobody knows."""
+    rule, verdicts = Slide(SlideRule(), 1), []
+    for k in range(100):
+        state = WheelState.SLIDING if k in (20, 21) else WheelState.DOUBTFUL if k >= 90 else WheelState.ROLLING
+        now = estimate(time_s=k / 8, speed_mps=20.0, wheelsets=(wheelset(slip=0.5 * (state is WheelState.SLIDING)),))
+        verdicts += rule.judge(observation(now, wheels=(state,)))
+    over = 21 + round(8 * SlideRule().clear_s)
+    assert verdicts == [FINE] * 20 + [UNKNOWN] * (over - 20) + [FINE] * (90 - over) + [UNKNOWN] * 10
 
 
 def test_an_act_of_slide_protection_just_before_the_slide_shows_is_one_of_it() -> None:
