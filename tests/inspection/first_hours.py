@@ -39,9 +39,14 @@ def of_each(channels: Sequence[Channel], *told: tuple[Floats, Floats]) -> FirstH
     """Of good readings: when each channel was told, and what."""
     first_hour = FirstHour(channels)
     for number, (times_s, values) in enumerate(told):
-        places, good = np.arange(len(times_s)), np.full(len(times_s), Quality.GOOD)
-        first_hour.see(SampleBlock(channels, places, times_s, np.full_like(places, number), values, good))
+        first_hour.see(good_samples(channels, number, times_s, values))
     return first_hour
+
+
+def good_samples(channels: Sequence[Channel], number: int, times_s: Floats, values: Floats) -> SampleBlock:
+    """Of one of the channels."""
+    places, good = np.arange(len(times_s)), np.full(len(times_s), Quality.GOOD)
+    return SampleBlock(channels, places, times_s, np.full_like(places, number), values, good)
 
 
 @cache

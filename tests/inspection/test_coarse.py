@@ -1,5 +1,7 @@
 """A speed that its sender rounds more coarsely than its DBC says is found, with what it errs by."""
 
+from math import sqrt
+
 import numpy as np
 import pytest
 
@@ -28,6 +30,18 @@ def test_whole_kilometres_per_hour_are_found() -> None:
     """Rounding to a step errs by a step over the root of twelve: 0.080 m/s, where 0.02 are configured."""
     (remark,) = remarks(KMH_MPS)
     assert remark.startswith("speed comes in coarser steps than the DBC says, which alone err by 4.0 times its noise")
+
+
+@pytest.mark.parametrize(("times", "is_told"), [(1.2, False), (1.8, True)])
+def test_what_rounding_errs_by_is_told_where_it_is_clearly_more_than_the_noise(times: float, is_told: bool) -> None:
+    told = remarks(times * NOISE_MPS * sqrt(12.0))
+    assert [f"err by {times} times its noise" in remark for remark in told] == [True] * is_told
+
+
+def test_a_speed_that_does_not_change_has_no_steps() -> None:
+    times_s = np.arange(0.0, 60.0, 0.05)
+    stands = [np.zeros_like(times_s)] * 2
+    assert not list(remarks_on_steps(of_readings(CHANNELS, times_s, *stands)))
 
 
 @pytest.mark.parametrize("step_mps", [FINE_MPS, 0.01 / 3.6, 0.1 / 3.6])
