@@ -30,6 +30,15 @@ def test_a_start_to_speed_is_remarked(direction: float) -> None:
     assert 'preset = "train"' in remark
 
 
+@pytest.mark.parametrize(
+    ("least_mps", "takes_s", "is_told"), [(0.4, 12.0, True), (0.6, 12.0, False), (0.0, 12.0, True), (0.0, 8.0, False)]
+)
+def test_a_start_is_from_standstill_and_takes_its_time(least_mps: float, takes_s: float, is_told: bool) -> None:
+    """To 10 m/s; a crawl is no standstill, and no train starts as quickly as the last."""
+    starts_mps = np.clip(10.0 / takes_s * (TIMES_S - 20.0), least_mps, 15.0)
+    assert bool(remarks(starts_mps, settings())) is is_told
+
+
 def test_in_a_train_or_with_motors_it_is_as_told() -> None:
     starts_mps = np.clip(0.2 * (TIMES_S - 20.0), 0.0, 15.0)
     assert not remarks(starts_mps, settings(preset="train"))

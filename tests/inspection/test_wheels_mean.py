@@ -44,8 +44,17 @@ def test_a_speed_that_wheels_do_not_hold_back_is_none(made: Made) -> None:
     assert not remarks(made)
 
 
-def test_where_nothing_slides_nothing_is_said() -> None:
-    assert not remarks(mean, slips=(0.0, 0.01))
+@pytest.mark.parametrize(("slip", "is_told"), [(0.01, False), (0.035, False), (0.07, True)])
+def test_where_nothing_slides_nothing_is_said(slip: float, is_told: bool) -> None:
+    """Radii that are not known well set wheel speeds apart by as much as a slip of some hundredths."""
+    assert bool(remarks(mean, slips=(0.0, slip))) is is_told
+
+
+@pytest.mark.parametrize(("share", "is_told"), [(0.15, True), (0.3, False)])
+def test_a_speed_that_lies_well_beyond_the_mean_is_none(share: float, is_told: bool) -> None:
+    """By so much of the way to the fastest wheelset, which a wagon's own speed is at, or beyond."""
+    beyond = remarks(lambda _, wheels: (1.0 - share) * wheels.mean(axis=0) + share * wheels.max(axis=0))
+    assert any("is the mean of the wheel speeds" in remark for remark in beyond) is is_told
 
 
 def again_and_again(made: Made, count: int, late_s: float = 0.0) -> list[str]:
@@ -73,6 +82,12 @@ def test_a_speed_that_slides_with_the_wheels_is_found(made: Made, count: int, la
     """The fastest of them, or the second fastest; of a single one that it is."""
     (remark,) = again_and_again(made, count, late_s)
     assert remark.startswith("speed jumps as wheel speeds do in slides, and no vehicle can: it is made of them")
+
+
+@pytest.mark.parametrize(("share", "is_told"), [(0.8, True), (0.5, False)])
+def test_a_speed_that_follows_slides_by_half_may_come_from_elsewhere(share: float, is_told: bool) -> None:
+    made = again_and_again(lambda true_mps, wheels: true_mps + share * (wheels[0] - true_mps), 1)
+    assert bool(made) is is_told
 
 
 @pytest.mark.parametrize("count", [1, 2, 4])

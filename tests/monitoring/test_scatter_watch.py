@@ -73,9 +73,11 @@ def test_where_all_scatter_no_sensor_is_to_blame() -> None:
     assert told(moments(0.0, 100.0, BOTH)) == []
 
 
-@pytest.mark.parametrize("kind", [{"saturated": True}, {"speed_mps": 2.0}])
-def test_slides_and_walking_pace_show_nothing_of_sensors(kind: dict[str, float]) -> None:
-    assert told(moments(0.0, 100.0, ALONE, **kind)) == []  # type: ignore[arg-type]
+@pytest.mark.parametrize(
+    ("kind", "is_told"), [({"saturated": True}, False), ({"speed_mps": 2.0}, False), ({"speed_mps": 4.0}, True)]
+)
+def test_slides_and_walking_pace_show_nothing_of_sensors(kind: dict[str, float], is_told: bool) -> None:
+    assert bool(told(moments(0.0, 100.0, ALONE, **kind))) is is_told  # type: ignore[arg-type]
 
 
 def test_but_a_vehicle_speed_that_scatters_shows_in_slides_as_well() -> None:
@@ -99,6 +101,11 @@ def test_a_bridge_or_a_curve_is_over_sooner() -> None:
 
 def test_seconds_of_which_nothing_is_known_do_not_count() -> None:
     assert told(moments(0.0, 5.0, ALONE), moments(50.0, 54.0, ALONE)) == []
+
+
+@pytest.mark.parametrize(("tenths", "is_told"), [(8, True), (12, False)])
+def test_nor_do_estimates_that_are_far_apart(tenths: int, is_told: bool) -> None:
+    assert bool(told(moments(0.0, 100.0, ALONE)[::tenths])) is is_told
 
 
 def test_of_one_that_is_not_told_any_more_that_is_said() -> None:
