@@ -4,7 +4,9 @@ from math import pi, sin
 
 import pytest
 
+from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.monitoring.inputs.watched_force import ForceState, ShownShare, WatchedForce
+from estimates import estimate, wheelset
 
 CREEP_PER_N = 2e-8
 
@@ -29,3 +31,37 @@ def test_the_noisier_the_wheel_speeds_the_longer_it_takes_to_contradict(noise_st
         force.see(ShownShare(1.0, noise_std=noise_std), None, presses=False)
     assert force.state is ForceState.CONTRADICTED
     assert early is (ForceState.UNKNOWN if noise_std > 0.1 else ForceState.CONTRADICTED)
+
+
+@pytest.mark.parametrize(
+    ("lasting_std", "noise_std", "observations", "state"),
+    [
+        (0.0, 0.0, 4, ForceState.UNKNOWN),
+        (0.0, 0.0, 5, ForceState.CONTRADICTED),
+        (0.0, 0.2, 5, ForceState.UNKNOWN),  # as good as one second, in which it is half of a brake and more
+        (0.0, 0.12, 5, ForceState.CONTRADICTED),
+        (0.2, 0.0, 500, ForceState.UNKNOWN),  # it does not become less
+        (0.15, 0.0, 50, ForceState.CONTRADICTED),
+        (0.15, 0.0, 10, ForceState.UNKNOWN),  # nothing is told better than to a tenth in a second
+    ],
+)
+def test_a_brake_that_works_unseen_is_known_by_three_deviations(
+    lasting_std: float, noise_std: float, observations: int, state: ForceState
+) -> None:
+    """It does all that is expected of it, where half would be as good as none."""
+    force = WatchedForce()
+    for _ in range(observations):
+        force.see(ShownShare(1.0, lasting_std=lasting_std, noise_std=noise_std), None, presses=False)
+    assert force.state is state
+
+
+@pytest.mark.parametrize(("pressed_before_s", "state"), [(50.0, ForceState.CONTRADICTED), (70.0, ForceState.UNKNOWN)])
+def test_a_wheelset_that_slides_anew_contradicts_a_sensor_that_has_pressed_lately(
+    pressed_before_s: float, state: ForceState
+) -> None:
+    """Else its brake may stick."""
+    force = WatchedForce()
+    for time_s, force_n, slides in ((100.0, 40e3, 0), (101.0, 0.0, 0), (100.0 + pressed_before_s, 0.0, 1)):
+        own = wheelset(pressing_force_n=force_n, renewed_slides=slides, work=WheelsetWork(wsp_actions=2))
+        force.see_slides(estimate(time_s=time_s, wheelsets=(own,)), 0, presses=False)
+    assert force.state is state
