@@ -16,3 +16,16 @@ def test_what_still_arrives_is_not_lost_though_estimates_are_late(longest_delay_
     assert refusals.why_lost((Quantity.AXLE_SPEED, 0), 20.05 - longest_delay_s) is InputCondition.NOT_AVAILABLE
     for later_s in (20.2 + longest_delay_s, 10.0):  # the clock may have been set back
         assert refusals.why_lost((Quantity.AXLE_SPEED, 0), later_s) is InputCondition.LOST
+
+
+def test_a_signal_is_lost_each_time_that_nothing_arrives_of_it() -> None:
+    speed = Channel(Quantity.SPEED, 0, "can0", "M", "v", 0.02, 0.0, 0.5)
+    refusals = Refusals([speed])
+
+    def refuse(time_s: float, quality: Quality) -> int:
+        refusals.refuse(Sample(time_s, Quantity.SPEED, 0, 0.0, quality))
+        return refusals.losses[speed.measurand]
+
+    assert [refuse(10.0, Quality.STALE), refuse(20.0, Quality.STALE)] == [1, 2]
+    assert [refuse(29.8, Quality.OUT_OF_RANGE), refuse(30.0, Quality.STALE)] == [2, 2]  # it does arrive
+    assert refuse(40.0, Quality.STALE) == 3
