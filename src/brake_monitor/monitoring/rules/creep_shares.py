@@ -18,6 +18,7 @@ CLEAR_SIGMAS = 3.0  # of the noise; wheel speeds in coarse steps tell brakes apa
 OFF = 0.15  # of nominal: more than weather changes friction, so that something is wrong with a brake
 CULPRIT = 0.40  # of nominal
 SURE_SIGMAS = 1.96
+LEAST_SHARE = 1e-6  # none, or all that is borne
 APART = 0.20  # of an equal share; where applications agree, of what the others bear
 AHEAD = 2e-4  # no brake makes a wheelset run ahead of free rolling: it is, or was, in a curve
 AGREEING_APPLICATIONS = 4  # at least: in one or two a curve may make a share look unequal
@@ -187,17 +188,18 @@ def _stands_apart(share: Share, now: Share, count: int) -> bool:
 
     One of two that bears 30 % less than the other bears but 18 % less than an equal share.
     """
-    others, others_by_force = _others(share.value, count), _others(share.by_force, count)
-    is_apart = _differ(share.value, others) and _differ(share.value * others_by_force, share.by_force * others)
-    is_clear = min(abs(share.value - 1.0), abs(share.value - share.by_force)) > CLEAR_SIGMAS * share.std
-    goes_on = (now.value - 1.0) * (share.value - 1.0) > 0.0 and _differ(now.value, _others(now.value, count))
-    return is_apart and is_clear and goes_on
+    off = min(abs(share.value - 1.0), abs(share.value - share.by_force))
+    goes_on = (now.value - 1.0) * (share.value - 1.0) > 0.0 and _off(now.value, 1.0, count) > APART
+    is_apart = min(_off(share.value, 1.0, count), _off(share.value, share.by_force, count)) > APART
+    return is_apart and off > CLEAR_SIGMAS * share.std and goes_on
 
 
-def _others(value: float, count: int) -> float:
-    """The mean share of the others."""
-    return (count - value) / (count - 1)
+def _off(value: float, expected: float, count: int) -> float:
+    """By how much a share is off an expected one, by what the others bear; where it is more, by what it bears itself."""
+    own, expects = _to_others(value, count), _to_others(expected, count)
+    return abs(own - expects) if own < 1.0 else abs(1.0 / own - 1.0 / expects)
 
 
-def _differ(one: float, other: float) -> bool:
-    return min(one, other) < (1.0 - APART) * max(one, other)
+def _to_others(value: float, count: int) -> float:
+    """A share over the mean share of the others."""
+    return max(value, LEAST_SHARE) * (count - 1) / max(count - value, LEAST_SHARE)
