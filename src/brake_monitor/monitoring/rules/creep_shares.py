@@ -195,7 +195,7 @@ def _stands_apart(share: Share, now: Share, count: int) -> bool:
 
 
 def _off(value: float, expected: float, count: int) -> float:
-    """By how much a share is off an expected one, by what the others bear; where it is more, by what it bears itself."""
+    """By how much a share is off an expected one, in what the others bear; where that is less, in its own."""
     own, expects = _to_others(value, count), _to_others(expected, count)
     return abs(own - expects) if own < 1.0 else abs(1.0 / own - 1.0 / expects)
 
