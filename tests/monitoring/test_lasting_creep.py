@@ -191,6 +191,15 @@ def test_nor_at_a_crawl_nor_without_its_inputs() -> None:
     assert search.suspected is None
 
 
+def test_where_little_was_rolled_before_the_doubt_stays_for_as_long_as_it_drags() -> None:
+    """Of two, over 500 m: those may have been a curve. The alarm does not come."""
+    search = LastingCreepSearch(CONTACT_N, LEAST_N)
+    suspected_s, found_s = seen(drive(1200.0, drags(8e3, 2), from_s=BRAKED_S - 25.0), search)
+    assert suspected_s is not None
+    assert found_s is None
+    assert search.suspected is not None
+
+
 def test_a_single_wheelset_has_no_others() -> None:
     assert seen(drive(500.0, lambda t: [5e-4 * (t >= RELEASED_S)])) == (None, None)
 

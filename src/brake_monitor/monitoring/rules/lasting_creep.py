@@ -140,8 +140,10 @@ class LastingCreepSearch:
             _shorten(self._since)
             self._see_whether_it_lasts(self.lasting)
             return
-        self._before.extend(_shorten(self._since))
-        _shorten(self._before)
+        further_back = _shorten(self._since)
+        if self.suspected is None:
+            self._before.extend(further_back)
+            _shorten(self._before)
         self.suspected = self._suspect(now)
         if self.suspected is not None and self._is_no_curve(self.suspected, len(now.wheelsets)):
             self.lasting = self.suspected
