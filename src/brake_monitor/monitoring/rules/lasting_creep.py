@@ -25,7 +25,8 @@ MOST_WAY_M = 8000.0  # of free rolling are remembered before it, and since
 CURVE_TURNS = 3.0  # radians per metre and difference: R = 500 m makes leading and trailing wheelsets differ by 6e-4
 HALF_TURN = 3.0  # radians: by no single curve but a spiral; of more than two wheelsets a curve moves several
 LEAST_SHIFT = 1.5e-4  # treads that some blocks warm more than others do as much
-MOST_SHIFT = 2e-3  # by more no brake shifts it that lets its wheelset turn: a wheel was changed
+MOST_SHIFT = 5e-3  # by a drag of 0.15 on a contact with a creep stiffness of 30; more is no drag's
+TURNED = 2e-3  # more than a drag changes by: a wheelset was turned, or changed
 SLOWER_BEFORE = 0.25  # so much of the way before may have been curves that slow this wheelset down as well ...
 FASTER_SINCE = 0.1  # ... and so much of the way since curves that let it run ahead
 STEADY = 0.5  # of the shift: the most by which anything else may move
@@ -114,12 +115,19 @@ class LastingCreepSearch:
         if not self._is_braked:
             self._is_braked, self._most_n = True, 0.0
             self._begin_block()
-            if self.lasting is None and self.suspected is None and _way_m(self._since) >= LEAST_SUSPECTED_M:
+            if self.lasting is None and self.suspected is None and self._was_free_of_drags():
                 self._begin_anew()
         self._most_n = max(self._most_n, sum(forces_n))
         is_eased = sum(forces_n) < EASED * self._most_n
-        if not self._since and not is_eased and min(forces_n) >= self._contact_force_n:
+        if not self._since and not is_eased:  # whoever presses: a wheelset that brakes alone turns more slowly, then
             self._braking.append(_log_turns(now))
+
+    def _was_free_of_drags(self) -> bool:
+        """Whether nothing can have dragged since the last release; a short way has to show it."""
+        way_m = _way_m(self._since)
+        if way_m >= LEAST_SUSPECTED_M or not self._before:
+            return True
+        return way_m > 0.0 and self._most_shifted(way_m).slip_shift < LEAST_SHIFT
 
     def _begin_anew(self) -> None:
         """What was rolled since the last release was free of any drag."""
@@ -146,14 +154,14 @@ class LastingCreepSearch:
             _shorten(self._before)
         self.suspected = self._suspect(now)
         if self.suspected is not None and self._is_no_curve(self.suspected, len(now.wheelsets)):
-            self.lasting = self.suspected
+            self.lasting, self.suspected = self.suspected, None
 
     def _suspect(self, now: Estimate) -> CreepDrag | None:
         """The wheelset that has turned more slowly all along, if any."""
         way_m = _way_m(self._since)
         if min(way_m, _way_m(self._before)) < LEAST_SUSPECTED_M:
             return None
-        drag = max([self._shifted(i, way_m) for i in range(len(now.wheelsets))], key=lambda one: one.slip_shift)
+        drag = self._most_shifted(way_m)
         is_possible = LEAST_SHIFT <= drag.slip_shift <= MOST_SHIFT and self._stands_apart(drag)
         return drag if is_possible and drag.retarding_force_n(now) >= self._least_force_n else None
 
@@ -163,6 +171,10 @@ class LastingCreepSearch:
         if wheelset_count > 2:
             return min(way_m, before_m) >= LEAST_ALONE_M
         return min(way_m, before_m) >= LEAST_WAY_M and CURVE_TURNS * drag.slip_shift * way_m >= HALF_TURN
+
+    def _most_shifted(self, way_m: float) -> CreepDrag:
+        wheelset_count = len(self._since[0].apart)
+        return max([self._shifted(i, way_m) for i in range(wheelset_count)], key=lambda one: one.slip_shift)
 
     def _shifted(self, i: int, way_m: float) -> CreepDrag:
         before, since = (median([block.apart[i] for block in blocks]) for blocks in (self._before, self._since))
@@ -188,7 +200,7 @@ class LastingCreepSearch:
         lately = _last(self._since, LEAST_WAY_M)
         shown = [_is_slower(drag, block) for block in lately]
         if _way_m(lately) >= LEAST_WAY_M and sum(shown) <= SLOWER_BEFORE * len(shown):
-            self.lasting = self.suspected = None
+            self.lasting = None
             self._since.clear()
             self._before = deque(lately)
 
@@ -199,7 +211,7 @@ class LastingCreepSearch:
 
 def _is_slower(drag: CreepDrag, block: _Block) -> bool:
     shift = drag.rolled_apart - block.apart[drag.wheelset]
-    return STEADY * drag.slip_shift <= shift <= MOST_SHIFT
+    return STEADY * drag.slip_shift <= shift <= drag.slip_shift + TURNED
 
 
 def _log_turns(now: Estimate) -> tuple[float, ...]:
