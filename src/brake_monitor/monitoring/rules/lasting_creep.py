@@ -18,7 +18,7 @@ from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
 AFTER_S = 3.0  # of the release, or of a motor's torque: speeds still settle
 BLOCK_S = 5.0  # of free rolling, whose mean is one value
-LEAST_SUSPECTED_M = 250.0  # of it before the release, and after it
+LEAST_SUSPECTED_M = 250.0  # of it before the release, and after it; of the two that follow as well
 LEAST_ALONE_M = 1000.0  # ... where there are more than two wheelsets, and only one moves
 LEAST_WAY_M = 1500.0  # ... where there are two
 MOST_WAY_M = 8000.0  # of free rolling are remembered before it, and since
@@ -148,10 +148,11 @@ class LastingCreepSearch:
             _shorten(self._since)
             self._see_whether_it_lasts(self.lasting)
             return
-        further_back = _shorten(self._since)
-        if self.suspected is None:
-            self._before.extend(further_back)
-            _shorten(self._before)
+        passed = _shorten(self._since)
+        self._before.extend(passed)
+        if passed and self.suspected is not None:  # nor will a longer way tell: too little is known from before
+            self._begin_anew()
+        _shorten(self._before)
         self.suspected = self._suspect(now)
         if self.suspected is not None and self._is_no_curve(self.suspected, len(now.wheelsets)):
             self.lasting, self.suspected = self.suspected, None
@@ -166,11 +167,11 @@ class LastingCreepSearch:
         return drag if is_possible and drag.retarding_force_n(now) >= self._least_force_n else None
 
     def _is_no_curve(self, drag: CreepDrag, wheelset_count: int) -> bool:
-        """Whether it shows for longer than any curve; of more than two wheelsets that moves several."""
-        way_m, before_m = drag.shown_over_m, _way_m(self._before)
+        """Whether it shows for longer than any curve before or after; of more than two wheelsets that moves several."""
+        shown_m = min(drag.shown_over_m, _way_m(self._before))
         if wheelset_count > 2:
-            return min(way_m, before_m) >= LEAST_ALONE_M
-        return min(way_m, before_m) >= LEAST_WAY_M and CURVE_TURNS * drag.slip_shift * way_m >= HALF_TURN
+            return shown_m >= LEAST_ALONE_M
+        return shown_m >= LEAST_WAY_M and CURVE_TURNS * drag.slip_shift * shown_m >= HALF_TURN
 
     def _most_shifted(self, way_m: float) -> CreepDrag:
         wheelset_count = len(self._since[0].apart)
