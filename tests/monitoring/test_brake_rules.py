@@ -506,6 +506,7 @@ def play(
     omega_noise: float = 1e-5,
     inputs: tuple[InputReport, ...] = (),
     wsp: Callable[[float], Sequence[bool]] = lambda _: (),
+    motor_n: float = 0.0,
 ) -> list[tuple[Verdict, ...]]:
     """Ten observations a second at constant speed; wheelsets creep by what `torques_n` really presses."""
     verdicts = []
@@ -525,6 +526,7 @@ def play(
                 friction_status=Status.VALID if force_n > CONTACT_N else Status.HELD,
                 pressing_force_n=force_n,
                 wsp_active=own_active,
+                motor_force_n=motor_n,
             )
             for force_n, own_creep, own_active, own_friction in zip(pressing, creep, active, frictions, strict=True)
         )
@@ -708,7 +710,10 @@ class TestDraggingBrake:
             "rolled_deceleration_mps2": 0.0,
             "rolled_apart": 0.0,
         }
-        assert self.rule().resume(0, hidden) is MisledBy.DRAG
+        rule = self.rule()
+        assert rule.resume(0, hidden) is MisledBy.DRAG
+        assert set(play(rule, lambda _: (0.0, 0.0), until_s=8.0)) == {(UNKNOWN, FINE)}
+        assert play(rule, lambda _: (0.0, 0.0), until_s=20.0)[-1] == (FINE, FINE)  # it rolled without
         stays = play(self.rule(), self.residual)[-1][0]
         assert isinstance(stays, Finding)
         assert self.rule().resume(0, stays.evidence) is None
@@ -729,6 +734,7 @@ class TestDraggingBrake:
         doubted_s = next(k / 10 for k, verdict in enumerate(of_it) if isinstance(verdict, Suspicion))
         (found_s,) = (found(verdicts)[2],)
         assert found(verdicts) == [None, None, found_s, None]
+        assert not any(isinstance(other, Suspicion) for of_four in verdicts for other in of_four[:2] + of_four[3:])
         assert found_s is not None
         assert released_s < doubted_s < released_s + 20.0 < found_s
         last = of_it[-1]
@@ -737,6 +743,10 @@ class TestDraggingBrake:
         assert "brake of wheelset 3 drags" in last.message
         assert "over 1.0 km of free rolling" in last.message
         assert last.evidence["pressing_force_n"] == 0.0
+        retarding_n = last.evidence["retarding_force_n"]
+        assert isinstance(retarding_n, float)
+        assert retarding_n == pytest.approx(0.1 / 4.0 / STIFFNESS * 60.0 * 36e3 / 4.0 * 9.81, rel=0.1)
+        assert last.message.endswith(f"as under about {retarding_n / 1e3:.1f} kN, at 72 km/h.")
         later = self.rule(4)  # the program ends, and goes on
         assert later.resume(2, last.evidence) is MisledBy.DRAG
         assert {of_four[2] for of_four in play(later, told, told, until_s=20.0)} == {UNKNOWN}
@@ -784,16 +794,32 @@ class TestDraggingBrake:
         drags = "".join("F" if isinstance(own, Finding) else "-" for own, _ in slow)
         longest_s = max(len(spell) for spell in drags.split("-")) / 10
         assert longest_s < DraggingBrakeRule().debounce_s
+        assert {own for own, _ in slow if not isinstance(own, Finding)} == {FINE, UNKNOWN}
 
     def test_of_two_that_came_on_one_after_the_other_the_first_still_presses(self) -> None:
         late = play(self.rule(), lambda t: (self.residual(t)[0], braked(t) if t >= 21.0 else 0.0))
         assert found(late) == [40.0, None]
         assert isinstance(late[-1][0], Finding)
-        assert "while the others are released, at 72 km/h" in late[-1][0].message
+        assert late[-1][0].message.startswith(
+            "The brake of wheelset 1 still presses with 6.0 kN while the others are released, at 72 km/h."
+        )
+
+    def test_the_one_of_the_others_that_presses_most_is_told(self) -> None:
+        stay = play(self.rule(3), lambda t: tuple(max(braked(t), left_n * (t >= 40.0)) for left_n in (6e3, 900.0, 0.0)))
+        assert isinstance(stay[-1][0], Finding)
+        assert stay[-1][0].evidence["others_pressing_force_n"] == 900.0
+
+    def test_one_between_released_and_pressing_is_neither(self) -> None:
+        """A hysteresis: 1.8 kN."""
+        between = play(self.rule(), lambda t: (max(braked(t), 1.8e3 * (t >= 40.0)), braked(t)))
+        assert set(between[400:]) == {(UNKNOWN, FINE)}
 
     def test_neither_at_a_crawl_nor_while_a_wheelset_slides_anything_is_said(self) -> None:
         assert found(play(self.rule(), self.residual, speed_mps=1.0)) == [None, None]
         assert found(play(self.rule(), self.residual, wsp=lambda _: (False, True))) == [None, None]
+
+    def test_nor_while_motors_brake(self) -> None:
+        assert set(play(self.rule(), self.residual, motor_n=9e3)) == {(UNKNOWN, UNKNOWN)}
 
     def test_many_released_ones_are_listed(self) -> None:
         stay = play(self.rule(6), lambda t: (max(braked(t), 6e3 * (t >= 40.0)),) * 2 + (braked(t),) * 4, until_s=52.0)
@@ -882,7 +908,7 @@ class TestDraggingBrake:
         assert found(play(self.rule(), self.residual, friction=0.5 * NOMINAL)) == [40.0, None]  # wet pads do so
 
     def test_all_brakes_together_are_a_brake_application(self) -> None:
-        assert found(play(self.rule(), lambda _: (6e3, 6e3), until_s=300.0)) == [None, None]
+        assert set(play(self.rule(), lambda _: (6e3, 6e3), until_s=300.0)) == {(UNKNOWN, UNKNOWN)}
 
     def test_a_lost_input_leaves_it_unknown(self) -> None:
         verdicts = play(self.rule(), self.residual, inputs=lost(Quantity.PRESSING_FORCE, InputCondition.LOST))
@@ -989,6 +1015,24 @@ class TestPads:
     def test_new_pads_make_it_fine_again(self) -> None:
         worn = PadWear.new(WEAR).gauged(WEAR, 1.0, 4.0)
         assert self.at.judge(with_units(BrakeUnit(worn.renewed(WEAR, 2.0), 20.0))) == (FINE,)
+
+
+@pytest.mark.parametrize(
+    ("forces_n", "is_easing"),
+    [
+        ([20e3], False),
+        ([20e3, 19e3, 18e3], False),  # so few tell nothing
+        ([9e3, 11e3] * 20, False),
+        ([20e3 * (1.0 - 0.015 * k / 10) for k in range(40)], False),  # 3 % within 2 s
+        ([20e3 * (1.0 - 0.035 * k / 10) for k in range(40)], True),
+        ([*[20e3] * 20, *[10e3] * 40], False),
+    ],
+)
+def test_a_brake_is_vented_while_it_loses_a_twentieth_in_two_seconds(forces_n: list[float], is_easing: bool) -> None:
+    participation = Participation(2000.0, 2)
+    for tenth, force_n in enumerate(forces_n):
+        participation.see(tenth / 10, (0.0, force_n))
+    assert participation.is_easing(1) is is_easing
 
 
 def test_who_eased_in_one_release_has_not_eased_in_the_next() -> None:
