@@ -79,9 +79,11 @@ def test_one_of_four_that_stands_apart_each_time_is_told_by_four_applications_th
     assert frictions(*stops) == pytest.approx(expected if is_told else [0.34] * 4)
 
 
-@pytest.mark.parametrize(("own", "is_told"), [(0.70, True), (0.78, True), (0.82, False), (1.0, False)])
+@pytest.mark.parametrize(
+    ("own", "is_told"), [(0.70, True), (0.78, True), (0.82, False), (1.0, False), (1.2, False), (1.5, True)]
+)
 @pytest.mark.parametrize("count", [2, 4])
-def test_one_that_bears_a_fifth_less_than_the_others_each_time_is_told_of_two_as_of_four(
+def test_one_that_bears_a_fifth_less_or_more_than_the_others_each_time_is_told_of_two_as_of_four(
     count: int, own: float, is_told: bool
 ) -> None:
     """Of two the one that bears 30 % less than the other bears 18 % less than an equal share."""
@@ -122,6 +124,30 @@ def test_applications_that_agree_are_as_sure_as_the_creep_of_each() -> None:
 def test_so_many_applications_are_to_agree_as_chance_needs() -> None:
     """Student's t, two-sided at 99.9 %, by what is free in the scatter of 4, 5, … applications."""
     assert pytest.approx([stats.t.ppf(0.9995, 3 + k) for k in range(len(SURE_T))], abs=0.006) == SURE_T
+
+
+@pytest.mark.parametrize(
+    ("force_n", "own", "creep_std", "is_told"),
+    [
+        (40e3, [0.9] * 12 + [0.7], 2e-5, False),  # a tenth less than the others, but for the last time
+        (20e3, [0.9] * 12 + [0.7], 2e-5, False),  # ... which is more than its force says
+        (28e3, [0.68] * 4, 2e-5, False),  # of what its force says 0.9
+        (28e3, [0.55] * 4, 2e-5, True),
+        (28e3, [0.55] * 4, 2e-4, False),  # not surely less than its force says
+        (60e3, [0.78] * 4, 2e-5, True),
+        (60e3, [0.78] * 4, 2e-4, False),  # not surely less than the others
+        (40e3, [0.65, 0.79] * 2, 2e-5, False),  # by so much it scatters too much for four applications
+    ],
+)
+def test_it_bears_less_than_the_others_and_than_its_force_says_beyond_doubt(
+    force_n: float, own: Sequence[float], creep_std: float, is_told: bool
+) -> None:
+    forces_n = [force_n, *[40e3] * 3]
+    stops = [
+        stop([share, *[(4.0 - share) / 3.0] * 3], 0.34, start_s=100.0 * k, forces_n=forces_n, creep_std=creep_std)
+        for k, share in enumerate(own)
+    ]
+    assert (frictions(*stops) != [0.34] * 4) is is_told
 
 
 CURVES = [[1.17, 0.88, 1.17, 0.77], [1.49, 0.51, 1.49, 0.51], [1.34, 0.61, 1.44, 0.61], [1.72, 0.27, 1.72, 0.29]]

@@ -45,6 +45,16 @@ def test_nor_while_the_others_press_lightly_or_are_being_released(others_n: floa
     assert (lightly, fully, easing) == ({0} if is_told else set(), {0}, {0} if is_told else set())
 
 
+def test_nor_while_one_of_the_others_presses_alone() -> None:
+    alone = (0.0, FULL_N, 0.0, 0.0)
+    assert watched(*DIED, (20.0, RELEASED, []), (30.0, alone, []), (40.0, ONE_SAYS_0, []))[-2:] == [set(), {0}]
+
+
+def test_that_it_died_is_not_forgotten_while_the_application_goes_on() -> None:
+    died = (*DIED, (14.0, (0.0, *SOUND[1:]), []), (15.0, (0.0, *SOUND[1:]), []))
+    assert watched(*died, (20.0, RELEASED, []), (30.0, ONE_SAYS_0, []))[-1] == {0}
+
+
 def test_one_that_presses_again_lives() -> None:
     *_, now, later = watched(*DIED, (20.0, RELEASED, []), (30.0, SOUND, []), (50.0, ONE_SAYS_0, []))
     assert (now, later) == (set(), set())
@@ -58,6 +68,12 @@ def test_one_that_presses_again_in_the_same_application_has_not_died() -> None:
 def test_a_wire_that_touches_another_for_a_moment_has_not_died() -> None:
     moments = ((10.0, SOUND, [0]), (10.0 + 0.5 * DIED_S, SOUND, [0]), (12.0, RELEASED, []), (30.0, ONE_SAYS_0, []))
     assert watched(*moments)[-1] == set()
+
+
+def test_nor_has_one_that_touches_another_twice() -> None:
+    touches = ((10.0, SOUND, [0]), (10.1, SOUND, []), (10.0 + 2.0 * DIED_S, SOUND, [0]))
+    low = (10.1 + 2.0 * DIED_S, (0.0, *SOUND[1:]), [])
+    assert watched(*touches, low, (20.0, RELEASED, []), (30.0, ONE_SAYS_0, []))[-1] == set()
 
 
 def test_a_brake_that_does_not_come_and_whose_sensor_was_sound_is_told_by_others() -> None:
