@@ -193,6 +193,17 @@ def test_brakings_meanwhile_do_not_hide_it() -> None:
     assert found_s is not None
 
 
+def test_a_curve_after_the_release_before_does_not_delay_it() -> None:
+    """400 m of it, which are known to be without a drag once the brakes are put on anew."""
+    again_s = 200.0
+    braked = lambda t: FULL_N * (BRAKED_S <= t < RELEASED_S or again_s <= t < again_s + 20.0)  # noqa: E731
+    drag, turns = drags(8e3, 4, from_s=again_s + 20.0), curve(RELEASED_S, again_s - 5.0, 1e-3, 4)
+    shifts: Shifts = lambda t: [own + turned for own, turned in zip(drag(t), turns(t), strict=True)]  # noqa: E731
+    _, found_s = seen(drive(500.0, shifts, braked=braked))
+    assert found_s is not None
+    assert 1000.0 <= SPEED_MPS * (found_s - again_s - 20.0) < 1200.0
+
+
 def test_pads_that_stick_press_more_than_is_told_already_while_the_brakes_are_vented() -> None:
     """In position G that takes a minute; what it was like before the release counts."""
     slowly = lambda t: FULL_N * (t >= BRAKED_S) * min(max((RELEASED_S + 60.0 - t) / 60.0, 0.0), 1.0)  # noqa: E731
