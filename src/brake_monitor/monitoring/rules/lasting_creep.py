@@ -18,7 +18,7 @@ from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
 AFTER_S = 3.0  # of the release, or of a motor's torque: speeds still settle
 BLOCK_S = 5.0  # of free rolling, whose mean is one value
-LEAST_SUSPECTED_M = 250.0  # of it before the release, and after it; of the two that follow as well
+LEAST_SUSPECTED_M = 250.0  # of it before the release, and after it
 LEAST_ALONE_M = 1000.0  # ... where there are more than two wheelsets, and only one moves
 LEAST_WAY_M = 1500.0  # ... where there are two
 MOST_WAY_M = 8000.0  # of free rolling are remembered before it, and since
