@@ -16,6 +16,7 @@ from test_estimator import Run, channels, vehicle
 
 STOPS, BRAKED_S = 1000, 20.0
 COMMON, OWN = 3e-4, 8e-5  # how far friction may have moved between two stops
+STOPPED_AT = 0.08  # adhesion
 PRIOR, PRIOR_OWN = 0.04**2, WAGON.friction_own_std**2
 
 
@@ -42,6 +43,28 @@ def test_what_is_learned_of_one_state_does_not_steer_what_is_admitted_along_othe
     brakes.direction[brakes.layout.friction.start] = 1.0
     brakes.admit_along(1.0)
     assert brakes.covariance[speed][speed] == known
+
+
+@pytest.mark.parametrize("wheelset_count", [2, 4])
+def test_the_brake_that_lets_go_at_a_stand_is_not_taken_for_pads_that_rub_less(wheelset_count: int) -> None:
+    brakes = filter_of(wheelset_count)
+    places = range(brakes.layout.size)
+    adhesions, frictions = places[brakes.layout.adhesion], places[brakes.layout.friction]
+    before_stop = np.array(brakes.covariance)
+    ties = np.eye(len(places))
+    for adhesion, friction in zip(adhesions, frictions, strict=True):
+        brakes.x[adhesion] = STOPPED_AT
+        before_stop[adhesion] = 0.0
+        ties[adhesion, friction] = STOPPED_AT / brakes.x[friction]  # all that is not known of either is friction
+    for place, row in enumerate(ties @ before_stop @ ties.T):
+        brakes.covariance[place][:] = row.tolist()
+    friction, known = brakes.x[frictions[0]], brakes.covariance[frictions[0]][frictions[0]]
+    for _ in range(500):
+        brakes.admit_unseen(0.02)
+    for adhesion in adhesions:
+        brakes.learn(adhesion, 0.0, 1e-6)  # by then it rolls, with the brake released
+    assert brakes.x[frictions[0]] == pytest.approx(friction, abs=1e-3)
+    assert brakes.covariance[frictions[0]][frictions[0]] == pytest.approx(known, rel=0.01)
 
 
 @pytest.mark.parametrize("wheelset_count", [2, 4])

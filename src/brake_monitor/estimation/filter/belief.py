@@ -1,9 +1,9 @@
 """What a filter believes, x and P, and what is done to single states beside predictions and corrections."""
 
-from math import inf
+from math import exp, inf
 from typing import Any
 
-from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
+from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_ADHESION_S, SLOW_SPEED_DENSITY
 
 
 class Belief:
@@ -27,6 +27,10 @@ class Belief:
     def scale(self, place: int, factor: float, about: float) -> None:
         """Multiply a state's distance from `about` by a known factor."""
         self.x[place] = about + factor * (self.x[place] - about)
+        self.scale_error(place, factor)
+
+    def scale_error(self, place: int, factor: float) -> None:
+        """Multiply what a state is off by with a known factor."""
         for k in range(len(self.x)):
             self.covariance[place][k] *= factor
         for k in range(len(self.x)):
@@ -64,18 +68,25 @@ class Belief:
                 self.covariance[i][j] += variance * self.direction[i] * self.direction[j]
 
     def admit_unseen(self, step_s: float) -> None:
-        """Let each speed and adhesion walk by itself, near standstill, where nothing is predicted."""
+        """Let each speed and adhesion walk by itself, near standstill, where nothing is predicted.
+
+        An adhesion falls with the brake that lets go after a stop, unseen. Were its error still tied to that of
+        friction, the fall would be taken for pads that rub less as the wagon starts.
+        """
         for k in range(self.speed_place + 1):
             self.covariance[k][k] += self.unseen_variance(k, step_s)
         for k in range(self.adhesion_place, self.adhesion_place + self.speed_place):
-            self.covariance[k][k] += self.unseen_variance(k, step_s)
+            variance = self.unseen_variance(k, step_s)
+            self.scale_error(k, exp(-step_s / SLOW_ADHESION_S))
+            self.covariance[k][k] += variance
 
     def unseen_variance(self, place: int, step_s: float) -> float:
-        """By how much the variance of a speed or an adhesion grows then."""
+        """By how much a speed or an adhesion may move then; it becomes no surer by what it forgets."""
         if place <= self.speed_place:
             return SLOW_SPEED_DENSITY * step_s
-        room: float = self.adhesion_std**2 - self.covariance[place][place]
-        return min(SLOW_ADHESION_DENSITY * step_s, max(room, 0.0))
+        variance: float = self.covariance[place][place]
+        lost = variance * (1.0 - exp(-2.0 * step_s / SLOW_ADHESION_S))
+        return lost + min(SLOW_ADHESION_DENSITY * step_s, max(self.adhesion_std**2 - variance, 0.0))
 
     def save(self, place: int) -> None:
         """Save x and P as they are now in the snapshot number `place`."""

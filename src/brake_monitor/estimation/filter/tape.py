@@ -1,6 +1,7 @@
 """The predictions and corrections of the filter, in order, for a smoother that goes back over them."""
 
 from collections.abc import Sequence
+from math import exp
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +10,7 @@ from brake_monitor.arrays import Floats
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.filter_lines import measured_of
 from brake_monitor.estimation.kalman.ekf import Matrix, Measured, Vector, zeros
+from brake_monitor.estimation.model.regime import SLOW_ADHESION_S
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
@@ -119,7 +121,8 @@ class TapedFilter(BrakeFilter):
         walking = [*places[self.layout.kinematic], *places[self.layout.adhesion]]
         moved = {(place, place): self.unseen_variance(place, step_s) for place in walking}
         super().admit_unseen(step_s)
-        self._note({}, moved)
+        lost = exp(-step_s / SLOW_ADHESION_S) - 1.0
+        self._note({(place, place): lost for place in places[self.layout.adhesion]}, moved)
 
     def fuse(
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
