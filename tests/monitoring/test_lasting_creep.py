@@ -269,6 +269,19 @@ def test_it_is_so_on_nine_tenths_of_the_way_since() -> None:
     assert 1900.0 < SPEED_MPS * (found_s - RELEASED_S - 3.0) < 2100.0
 
 
+@pytest.mark.parametrize(("from_s", "is_found"), [(BRAKED_S - 8.5, False), (BRAKED_S - 60.0, True)])
+def test_where_hardly_anything_is_known_from_before_nothing_is_told(from_s: float, is_found: bool) -> None:
+    told = seen(drive(400.0, drags(8e3, 4), from_s=from_s))
+    assert (told != (None, None)) is is_found
+
+
+def test_of_several_applications_the_last_before_it_counts() -> None:
+    """It has been there since that began; it lasted for 3 s."""
+    last_s = 250.0
+    braked = lambda t: FULL_N * (BRAKED_S <= t < RELEASED_S or last_s <= t < last_s + 3.0)  # noqa: E731
+    assert seen(drive(500.0, drags(8e3, 4, from_s=last_s), braked=braked))[1] is None
+
+
 @pytest.mark.parametrize(("share", "is_found"), [(0.4, True), (0.6, False)])
 def test_less_than_half_of_it_was_there_while_the_brakes_were_on(share: float, is_found: bool) -> None:
     drag = drags(8e3, 4, from_s=0.0)

@@ -134,7 +134,6 @@ class LastingCreepSearch:
         self._before.extend(self._since)
         self._since.clear()
         self._braking.clear()
-        _shorten(self._before)
 
     def _roll(self, now: Estimate, step_s: float) -> None:
         self._turns.append(_log_turns(now))
