@@ -22,6 +22,7 @@ from msgspec import Struct
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
+from brake_monitor.monitoring.rules.turns import log_turns, turns_apart
 
 LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
 BEFORE_S = 12.0  # of free rolling before the application, at most ...
@@ -59,14 +60,12 @@ class _Moment(Struct, frozen=True, dict=True):
     @cached_property
     def log_turns(self) -> tuple[float, ...]:
         """Of each wheelset, ln omega."""
-        return tuple([log(max(wheelset.omega_radps, 1.0)) for wheelset in self.now.wheelsets])
+        return log_turns(self.now)
 
     @cached_property
     def apart(self) -> tuple[float, ...]:
         """Of each wheelset, ln omega less the others' mean."""
-        turns = self.log_turns
-        total, others = sum(turns), len(turns) - 1
-        return tuple([own - (total - own) / others for own in turns])
+        return turns_apart(self.log_turns)
 
     @property
     def log_speed(self) -> float:

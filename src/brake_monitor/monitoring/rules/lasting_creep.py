@@ -8,12 +8,13 @@ CURVE_TURNS * e in each metre. And treads grow warm while they are braked, not f
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from math import inf, log
+from math import inf
 from statistics import fmean, median
 from typing import NamedTuple
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.monitoring.rules.turns import log_turns, turns_apart
 
 LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
 AFTER_S = 3.0  # of the release, or of a motor's torque: speeds still settle
@@ -120,7 +121,7 @@ class LastingCreepSearch:
         self._most_n = max(self._most_n, sum(forces_n))
         is_eased = sum(forces_n) < EASED * self._most_n
         if not self._since and not is_eased:  # whoever presses: a wheelset that brakes alone turns more slowly, then
-            self._braking.append(_log_turns(now))
+            self._braking.append(log_turns(now))
 
     def _was_free_of_drags(self) -> bool:
         """Whether nothing can have dragged since the last release; a short way has to show it."""
@@ -136,12 +137,12 @@ class LastingCreepSearch:
         self._braking.clear()
 
     def _roll(self, now: Estimate, step_s: float) -> None:
-        self._turns.append(_log_turns(now))
+        self._turns.append(log_turns(now))
         self._block_s += step_s
         self._block_m += step_s * now.speed_mps
         if self._block_s < BLOCK_S:
             return
-        self._since.append(_Block(self._block_m, _apart([fmean(own) for own in zip(*self._turns, strict=True)])))
+        self._since.append(_Block(self._block_m, turns_apart([fmean(own) for own in zip(*self._turns, strict=True)])))
         self._begin_block()
         if self.lasting is not None:
             _shorten(self._since)
@@ -189,7 +190,7 @@ class LastingCreepSearch:
         if slowest_before - fastest_since < most:
             return False
         if len(self._braking) >= LEAST_BRAKING:
-            braked = _apart([fmean(own) for own in zip(*self._braking, strict=True)])
+            braked = turns_apart([fmean(own) for own in zip(*self._braking, strict=True)])
             if braked[i] - median(since) < most:
                 return False
         others = zip(_without(i, self._before), _without(i, self._since), strict=True)
@@ -214,21 +215,10 @@ def _is_slower(drag: CreepDrag, block: _Block) -> bool:
     return STEADY * drag.slip_shift <= shift <= drag.slip_shift + TURNED
 
 
-def _log_turns(now: Estimate) -> tuple[float, ...]:
-    """Of each wheelset, ln omega."""
-    return tuple([log(max(own.omega_radps, 1.0)) for own in now.wheelsets])
-
-
-def _apart(log_turns: Sequence[float]) -> tuple[float, ...]:
-    """Of each wheelset, ln omega less the others' mean."""
-    total, others = sum(log_turns), len(log_turns) - 1
-    return tuple([own - (total - own) / others for own in log_turns])
-
-
 def _without(i: int, blocks: Iterable[_Block]) -> list[float]:
     """The medians of how far the other wheelsets turn apart from each other; empty where there is but one."""
     others = [block.apart[:i] + block.apart[i + 1 :] for block in blocks]
-    return [median(own) for own in zip(*map(_apart, others), strict=True)] if len(others[0]) > 1 else []
+    return [median(own) for own in zip(*map(turns_apart, others), strict=True)] if len(others[0]) > 1 else []
 
 
 def _way_m(blocks: Iterable[_Block]) -> float:
