@@ -102,8 +102,8 @@ LAYERS = {
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.per_application "
             "rules.participation rules.turns rules.hidden_drag rules.lasting_creep rules.dragging_brake "
-            "rules.brake_not_applied rules.uneven_braking rules.friction_out_of_band rules.friction_drift rules.hot_disc "
-            "rules.pads rules.all_rules monitor",
+            "rules.brake_not_applied rules.uneven_braking rules.friction_out_of_band rules.friction_drift "
+            "rules.hot_disc rules.pads rules.all_rules monitor",
         ),
         "words settings decoding estimation",
     ),

@@ -1,4 +1,4 @@
-"""How fast wheelsets turn against each other: the vehicle's speed, and all that acts on all of them, has no part in it."""
+"""How fast wheelsets turn against each other: the vehicle's speed, and what acts on all of them, has no part in it."""
 
 from collections.abc import Sequence
 from math import log
