@@ -1,5 +1,6 @@
 """In a train a brake that drags unseen shows only in how its wheelset turns, over a way on which no curve lasts."""
 
+import pickle
 import random
 from collections.abc import Callable, Sequence
 
@@ -280,6 +281,24 @@ def test_of_several_applications_the_last_before_it_counts() -> None:
     last_s = 250.0
     braked = lambda t: FULL_N * (BRAKED_S <= t < RELEASED_S or last_s <= t < last_s + 3.0)  # noqa: E731
     assert seen(drive(500.0, drags(8e3, 4, from_s=last_s), braked=braked))[1] is None
+
+
+def test_one_that_begins_while_the_wagon_rolls_is_found_after_nine_tenths_of_what_is_remembered() -> None:
+    """8 km, of which no curve is so long."""
+    begins_s = 450.0
+    _, found_s = seen(drive(1000.0, drags(8e3, 4, from_s=begins_s), braked=lambda _: 0.0))
+    assert found_s is not None
+    assert SPEED_MPS * (found_s - begins_s) == pytest.approx(0.9 * 8000.0, abs=200.0)
+
+
+@pytest.mark.parametrize("force_n", [0.0, 8e3])
+@pytest.mark.parametrize("braked", [lambda _: 0.0, lambda t: FULL_N * (t % 60.0 < 5.0)])
+def test_what_is_remembered_does_not_grow(force_n: float, braked: Callable[[float], float]) -> None:
+    search, sizes = LastingCreepSearch(CONTACT_N, LEAST_N), []
+    for from_s in (0.0, 400.0, 800.0):  # 16 km each
+        seen(drive(from_s + 400.0, drags(force_n, 4), speed_mps=40.0, from_s=from_s, braked=braked), search)
+        sizes.append(len(pickle.dumps(search)))
+    assert sizes[2] < 1.1 * sizes[1]
 
 
 @pytest.mark.parametrize(("share", "is_found"), [(0.4, True), (0.6, False)])
