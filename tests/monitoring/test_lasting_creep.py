@@ -71,7 +71,7 @@ def drags(force_n: float, count: int, from_s: float = RELEASED_S, until_s: float
     return lambda t: [0.0] * (count - 1) + [shift * (from_s <= t < until_s)]
 
 
-@pytest.mark.parametrize(("count", "way_m"), [(2, 1500.0), (4, 1000.0)])
+@pytest.mark.parametrize(("count", "way_m"), [(2, 1500.0), (3, 1000.0), (4, 1000.0)])
 def test_one_that_drags_from_the_release_on_is_doubted_after_250_m_and_found_over_a_longer_way(
     count: int, way_m: float
 ) -> None:
@@ -86,6 +86,19 @@ def test_one_that_drags_from_the_release_on_is_doubted_after_250_m_and_found_ove
     assert search.lasting.wheelset == count - 1
     now = drive(1.0, drags(0.0, count))[-1]
     assert search.lasting.retarding_force_n(now) == pytest.approx(8e3, rel=0.1)
+
+
+def test_of_two_a_strong_drag_is_found_no_sooner() -> None:
+    """R = 200 m would make the two differ as much."""
+    _, found_s = seen(drive(450.0, drags(16e3, 2)))
+    assert found_s is not None
+    assert 1500.0 <= SPEED_MPS * (found_s - RELEASED_S) < 1700.0
+
+
+def test_that_wheels_differ_in_size_does_not_matter() -> None:
+    drag, sizes = drags(8e3, 4), (1e-3, -5e-4, 0.0, 3e-4)
+    _, found_s = seen(drive(450.0, lambda t: [own + size for own, size in zip(drag(t), sizes, strict=True)]))
+    assert found_s is not None
 
 
 def test_of_two_a_weak_drag_is_found_as_soon_as_no_curve_could_be_so_long() -> None:
@@ -350,6 +363,15 @@ def test_it_lasts_until_the_wagon_has_rolled_so_far_without_it(restarts: bool) -
     seen(drive(freed_s + 50.0, shifts, from_s=freed_s), search)
     assert search.lasting is not None
     seen(drive(freed_s + 100.0, shifts, from_s=freed_s + 50.0), search)
+    assert search.lasting is None
+    assert seen(drive(freed_s + 300.0, shifts, from_s=freed_s + 100.0), search) == (None, None)
+
+
+def test_it_is_over_though_a_curve_does_the_same_on_a_fifth_of_the_way() -> None:
+    search, freed_s = LastingCreepSearch(CONTACT_N, LEAST_N), 300.0
+    seen(drive(freed_s, drags(8e3, 4)), search)
+    shifts = drags(8e3, 4, from_s=freed_s + 30.0, until_s=freed_s + 45.0)
+    seen(drive(freed_s + 80.0, shifts, from_s=freed_s), search)
     assert search.lasting is None
 
 
