@@ -84,8 +84,7 @@ class DraggingBrake:
     @property
     def _drags_unseen(self) -> set[int]:
         """The wheelsets of which it has been found, and not known to be over."""
-        creeping = self._long_search.lasting
-        return self._blocks.union(self._search.lasting, [creeping.wheelset] if creeping else [])
+        return self._blocks.union(self._search.lasting, self._long_search.lasting)
 
     def _see_blocked(self, speed_mps: float, wheels: tuple[WheelState, ...]) -> None:
         if speed_mps < STANDSTILL_MPS:

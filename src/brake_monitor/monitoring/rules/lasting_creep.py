@@ -2,13 +2,13 @@
 
 In a train the speed does not tell of such a brake: couplers do more to it. What is left is that its wheelset has turned
 more slowly against the others ever since a release. So does a wheelset in a curve, whose rolling radii differ, and one
-whose tread the brake has warmed. But a curve ends: one that makes wheelsets differ by e turns the line by about
-CURVE_TURNS * e in each metre. And treads grow warm while they are braked, not from the release on.
+whose tread the brake has warmed. But a curve ends: one that makes wheelsets differ by e has turned the line by 180°
+after HALF_TURN_M / e. And treads grow warm while they are braked, not from the release on.
 """
 
 from collections import deque
 from collections.abc import Iterable, Sequence
-from math import inf
+from math import inf, isfinite
 from statistics import fmean, median
 from typing import NamedTuple
 
@@ -23,8 +23,7 @@ LEAST_SUSPECTED_M = 250.0  # of it before the release, and after it
 LEAST_ALONE_M = 1000.0  # ... where there are more than two wheelsets, and only one moves
 LEAST_WAY_M = 1500.0  # ... where there are two
 MOST_WAY_M = 8000.0  # of free rolling are remembered before it, and since
-CURVE_TURNS = 3.0  # radians per metre and difference: R = 500 m makes leading and trailing wheelsets differ by 6e-4
-HALF_TURN = 3.0  # radians: by no single curve but a spiral; of more than two wheelsets a curve moves several
+HALF_TURN_M = 1.0  # R = 500 m makes leading and trailing wheelsets differ by 6e-4; none but a spiral turns so far
 LEAST_SHIFT = 1.5e-4  # treads that some blocks warm more than others do as much
 MOST_SHIFT = 5e-3  # by a drag of 0.15 on a contact with a creep stiffness of 30; more is no drag's
 TURNED = 2e-3  # more than a drag changes by: a wheelset was turned, or changed
@@ -69,7 +68,7 @@ class LastingCreepSearch:
         self._least_force_n = least_force_n
         self._time_s = self._rolled_s = -inf  # of the last estimate, and of the last one at speed
         self._held_s = -inf  # when it last did not roll freely
-        self.lasting: CreepDrag | None = None  # found, and not known to be gone
+        self.lasting: dict[int, CreepDrag] = {}  # by wheelset, found and not known to be gone
         self._forget()
 
     def _forget(self) -> None:
@@ -87,7 +86,7 @@ class LastingCreepSearch:
 
     def resume(self, drag: CreepDrag) -> None:
         """Go on with a drag that an earlier run of the program has found."""
-        self.lasting = drag
+        self.lasting[drag.wheelset] = drag
 
     def see(self, now: Estimate, inputs_are_good: bool) -> CreepDrag | None:
         """Take an estimate; what has been found, while it shows."""
@@ -99,6 +98,8 @@ class LastingCreepSearch:
             return None
         if now.time_s - self._rolled_s > STOOD_S:
             self._forget()
+            if isfinite(self._rolled_s):  # else the program has begun, and it may have stood for a moment
+                self.lasting.clear()
         self._rolled_s = now.time_s
         forces_n = now.forces_n
         is_braked = max(forces_n) >= self._contact_force_n
@@ -110,13 +111,13 @@ class LastingCreepSearch:
         self._is_braked = False
         if now.time_s - self._held_s >= AFTER_S and 0.0 < step_s <= LONGEST_GAP_S:
             self._roll(now, step_s)
-        return self.lasting if self._shows() else None
+        return self._shown()
 
     def _brake(self, now: Estimate, forces_n: Sequence[float]) -> None:
         if not self._is_braked:
             self._is_braked, self._most_n = True, 0.0
             self._begin_block()
-            if self.lasting is None and self.suspected is None and self._was_free_of_drags():
+            if not self.lasting and self.suspected is None and self._was_free_of_drags():
                 self._begin_anew()
         self._most_n = max(self._most_n, sum(forces_n))
         is_eased = sum(forces_n) < EASED * self._most_n
@@ -144,9 +145,9 @@ class LastingCreepSearch:
             return
         self._since.append(_Block(self._block_m, turns_apart([fmean(own) for own in zip(*self._turns, strict=True)])))
         self._begin_block()
-        if self.lasting is not None:
+        if self.lasting:
             _shorten(self._since)
-            self._see_whether_it_lasts(self.lasting)
+            self._see_what_lasts()
             return
         passed = _shorten(self._since)
         self._before.extend(passed)
@@ -155,7 +156,7 @@ class LastingCreepSearch:
         _shorten(self._before)
         self.suspected = self._suspect(now)
         if self.suspected is not None and self._is_no_curve(self.suspected, len(now.wheelsets)):
-            self.lasting, self.suspected = self.suspected, None
+            self.lasting[self.suspected.wheelset], self.suspected = self.suspected, None
 
     def _suspect(self, now: Estimate) -> CreepDrag | None:
         """The wheelset that has turned more slowly all along, if any."""
@@ -171,7 +172,7 @@ class LastingCreepSearch:
         shown_m = min(drag.shown_over_m, _way_m(self._before))
         if wheelset_count > 2:
             return shown_m >= LEAST_ALONE_M
-        return shown_m >= LEAST_WAY_M and CURVE_TURNS * drag.slip_shift * shown_m >= HALF_TURN
+        return shown_m >= LEAST_WAY_M and drag.slip_shift * shown_m >= HALF_TURN_M
 
     def _most_shifted(self, way_m: float) -> CreepDrag:
         wheelset_count = len(self._since[0].apart)
@@ -196,18 +197,22 @@ class LastingCreepSearch:
         others = zip(_without(i, self._before), _without(i, self._since), strict=True)
         return all(abs(was - now) <= most for was, now in others)
 
-    def _see_whether_it_lasts(self, drag: CreepDrag) -> None:
+    def _see_what_lasts(self) -> None:
         """Forget a drag of which nothing has shown on most of a way that is longer than curves."""
         lately = _last(self._since, LEAST_WAY_M)
-        shown = [_is_slower(drag, block) for block in lately]
-        if _way_m(lately) >= LEAST_WAY_M and sum(shown) <= SLOWER_BEFORE * len(shown):
-            self.lasting = None
+        if _way_m(lately) < LEAST_WAY_M:
+            return
+        for i, drag in list(self.lasting.items()):
+            if sum([_is_slower(drag, block) for block in lately]) <= SLOWER_BEFORE * len(lately):
+                del self.lasting[i]
+        if not self.lasting:
             self._since.clear()
             self._before = deque(lately)
 
-    def _shows(self) -> bool:
-        """Whether what was found is there now."""
-        return self.lasting is not None and bool(self._since) and _is_slower(self.lasting, self._since[-1])
+    def _shown(self) -> CreepDrag | None:
+        """One that was found and is there now."""
+        shown = [drag for drag in self.lasting.values() if self._since and _is_slower(drag, self._since[-1])]
+        return shown[0] if shown else None
 
 
 def _is_slower(drag: CreepDrag, block: _Block) -> bool:
