@@ -80,7 +80,7 @@ def state(judge: InputJudge) -> str:
     ]
     falls = [vars(wheel.falls) for wheel in judge._wheels.wheels]
     forces = [
-        vars(force) | {"_others": [(i, vars(span)) for i, span in force._others.items()]}
+        vars(force) | {"_life": vars(force._life), "_others": [(i, vars(span)) for i, span in force._others.items()]}
         for force in judge._frozen._forces.values()
         if not force.is_zero  # of which nothing is said
     ]
