@@ -7,13 +7,14 @@ after HALF_TURN_M / e. And treads grow warm while they are braked, not from the 
 """
 
 from collections import deque
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from math import inf, isfinite
 from statistics import fmean, median
 from typing import NamedTuple
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.monitoring.rules.rolled_way import RolledWay, Stretch
 from brake_monitor.monitoring.rules.turns import log_turns, turns_apart
 
 LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
@@ -52,13 +53,6 @@ class CreepDrag(NamedTuple):
         return CREEP_STIFFNESS * self.slip_shift * load_n
 
 
-class _Block(NamedTuple):
-    """Some seconds of free rolling."""
-
-    way_m: float
-    apart: tuple[float, ...]  # of each wheelset, ln omega less the others' mean
-
-
 class LastingCreepSearch:
     """Sees each estimate, in order of time."""
 
@@ -72,8 +66,8 @@ class LastingCreepSearch:
         self._forget()
 
     def _forget(self) -> None:
-        self._before: deque[_Block] = deque()  # of free rolling, as far as is known without a drag
-        self._since: deque[_Block] = deque()  # ... since the release after which one may have begun
+        self._before = RolledWay()  # of free rolling, as far as is known without a drag
+        self._since = RolledWay()  # ... since the release after which one may have begun
         self._braking: deque[tuple[float, ...]] = deque(maxlen=BRAKING)  # of the application before it, not yet eased
         self._is_braked = False
         self._most_n = 0.0  # force of all brakes in this application
@@ -126,14 +120,13 @@ class LastingCreepSearch:
 
     def _was_free_of_drags(self) -> bool:
         """Whether nothing can have dragged since the last release; a short way has to show it."""
-        way_m = _way_m(self._since)
-        if way_m >= LEAST_SUSPECTED_M or not self._before:
+        if self._since.length_m >= LEAST_SUSPECTED_M or not self._before:
             return True
-        return way_m > 0.0 and self._most_shifted(way_m).slip_shift < LEAST_SHIFT
+        return len(self._since) > 0 and self._most_shifted().slip_shift < LEAST_SHIFT
 
     def _begin_anew(self) -> None:
         """What was rolled since the last release was free of any drag."""
-        self._before.extend(self._since)
+        self._before.add(self._since)
         self._since.clear()
         self._braking.clear()
 
@@ -143,105 +136,80 @@ class LastingCreepSearch:
         self._block_m += step_s * now.speed_mps
         if self._block_s < BLOCK_S:
             return
-        self._since.append(_Block(self._block_m, turns_apart([fmean(own) for own in zip(*self._turns, strict=True)])))
+        self._since.add([Stretch(self._block_m, _mean_apart(self._turns))])
         self._begin_block()
         if self.lasting:
-            _shorten(self._since)
+            self._since.shorten(MOST_WAY_M)
             self._see_what_lasts()
             return
-        passed = _shorten(self._since)
-        self._before.extend(passed)
+        passed = self._since.shorten(MOST_WAY_M)
+        self._before.add(passed)
         if passed and self.suspected is not None:  # nor will a longer way tell: too little is known from before
             self._begin_anew()
-        _shorten(self._before)
+        self._before.shorten(MOST_WAY_M)
         self.suspected = self._suspect(now)
         if self.suspected is not None and self._is_no_curve(self.suspected, len(now.wheelsets)):
             self.lasting[self.suspected.wheelset], self.suspected = self.suspected, None
 
     def _suspect(self, now: Estimate) -> CreepDrag | None:
         """The wheelset that has turned more slowly all along, if any."""
-        way_m = _way_m(self._since)
-        if min(way_m, _way_m(self._before)) < LEAST_SUSPECTED_M:
+        if min(self._since.length_m, self._before.length_m) < LEAST_SUSPECTED_M:
             return None
-        drag = self._most_shifted(way_m)
+        drag = self._most_shifted()
         is_possible = LEAST_SHIFT <= drag.slip_shift <= MOST_SHIFT and self._stands_apart(drag)
         return drag if is_possible and drag.retarding_force_n(now) >= self._least_force_n else None
 
     def _is_no_curve(self, drag: CreepDrag, wheelset_count: int) -> bool:
         """Whether it shows for longer than any curve before or after; of more than two wheelsets that moves several."""
-        shown_m = min(drag.shown_over_m, _way_m(self._before))
+        shown_m = min(drag.shown_over_m, self._before.length_m)
         if wheelset_count > 2:
             return shown_m >= LEAST_ALONE_M
         return shown_m >= LEAST_WAY_M and drag.slip_shift * shown_m >= HALF_TURN_M
 
-    def _most_shifted(self, way_m: float) -> CreepDrag:
-        wheelset_count = len(self._since[0].apart)
-        return max([self._shifted(i, way_m) for i in range(wheelset_count)], key=lambda one: one.slip_shift)
+    def _most_shifted(self) -> CreepDrag:
+        return max([self._shifted(i) for i in range(self._since.wheelset_count)], key=lambda one: one.slip_shift)
 
-    def _shifted(self, i: int, way_m: float) -> CreepDrag:
-        before, since = (median([block.apart[i] for block in blocks]) for blocks in (self._before, self._since))
-        return CreepDrag(i, before - since, before, way_m)
+    def _shifted(self, i: int) -> CreepDrag:
+        before = median(self._before.apart(i))
+        return CreepDrag(i, before - median(self._since.apart(i)), before, self._since.length_m)
 
     def _stands_apart(self, drag: CreepDrag) -> bool:
         """Whether it was so all along, from the release on, and nothing else has moved."""
         i, most = drag.wheelset, STEADY * drag.slip_shift
-        before, since = (sorted([block.apart[i] for block in blocks]) for blocks in (self._before, self._since))
+        before, since = sorted(self._before.apart(i)), sorted(self._since.apart(i))
         slowest_before = before[int(SLOWER_BEFORE * len(before))]
         fastest_since = since[-1 - int(FASTER_SINCE * len(since))]
         if slowest_before - fastest_since < most:
             return False
-        if len(self._braking) >= LEAST_BRAKING:
-            braked = turns_apart([fmean(own) for own in zip(*self._braking, strict=True)])
-            if braked[i] - median(since) < most:
-                return False
-        others = zip(_without(i, self._before), _without(i, self._since), strict=True)
+        if len(self._braking) >= LEAST_BRAKING and _mean_apart(self._braking)[i] - median(since) < most:
+            return False
+        others = zip(self._before.others(i), self._since.others(i), strict=True)
         return all(abs(was - now) <= most for was, now in others)
 
     def _see_what_lasts(self) -> None:
         """Forget a drag of which nothing has shown on most of a way that is longer than curves."""
-        lately = _last(self._since, LEAST_WAY_M)
-        if _way_m(lately) < LEAST_WAY_M:
+        lately = self._since.last(LEAST_WAY_M)
+        if lately.length_m < LEAST_WAY_M:
             return
         for i, drag in list(self.lasting.items()):
-            if sum([_is_slower(drag, block) for block in lately]) <= SLOWER_BEFORE * len(lately):
+            if sum([_is_slower(drag, stretch) for stretch in lately]) <= SLOWER_BEFORE * len(lately):
                 del self.lasting[i]
         if not self.lasting:
             self._since.clear()
-            self._before = deque(lately)
+            self._before = lately
 
     def _shown(self) -> CreepDrag | None:
         """One that was found and is there now."""
-        shown = [drag for drag in self.lasting.values() if self._since and _is_slower(drag, self._since[-1])]
-        return shown[0] if shown else None
+        newest = self._since.newest
+        if newest is None:
+            return None
+        return next((drag for drag in self.lasting.values() if _is_slower(drag, newest)), None)
 
 
-def _is_slower(drag: CreepDrag, block: _Block) -> bool:
-    shift = drag.rolled_apart - block.apart[drag.wheelset]
+def _is_slower(drag: CreepDrag, stretch: Stretch) -> bool:
+    shift = drag.rolled_apart - stretch.apart[drag.wheelset]
     return STEADY * drag.slip_shift <= shift <= drag.slip_shift + TURNED
 
 
-def _without(i: int, blocks: Iterable[_Block]) -> list[float]:
-    """The medians of how far the other wheelsets turn apart from each other; empty where there is but one."""
-    others = [block.apart[:i] + block.apart[i + 1 :] for block in blocks]
-    return [median(own) for own in zip(*map(turns_apart, others), strict=True)] if len(others[0]) > 1 else []
-
-
-def _way_m(blocks: Iterable[_Block]) -> float:
-    return sum([block.way_m for block in blocks])
-
-
-def _last(blocks: deque[_Block], way_m: float) -> list[_Block]:
-    """The last ones, over so long a way where there are as many."""
-    taken, taken_m = list[_Block](), 0.0
-    for block in reversed(blocks):
-        if taken_m >= way_m:
-            break
-        taken.append(block)
-        taken_m += block.way_m
-    return taken[::-1]
-
-
-def _shorten(blocks: deque[_Block]) -> list[_Block]:
-    """Take away what lies further back than is remembered."""
-    left = len(_last(blocks, MOST_WAY_M))
-    return [blocks.popleft() for _ in range(len(blocks) - left)]
+def _mean_apart(turns: Sequence[Sequence[float]]) -> tuple[float, ...]:
+    return turns_apart([fmean(own) for own in zip(*turns, strict=True)])
