@@ -732,7 +732,7 @@ class TestDraggingBrake:
         verdicts = play(rule, told, real, until_s=200.0)
         of_it = [verdict for _, _, verdict, _ in verdicts]
         doubted_s = next(k / 10 for k, verdict in enumerate(of_it) if isinstance(verdict, Suspicion))
-        (found_s,) = (found(verdicts)[2],)
+        found_s = found(verdicts)[2]
         assert found(verdicts) == [None, None, found_s, None]
         assert not any(isinstance(other, Suspicion) for of_four in verdicts for other in of_four[:2] + of_four[3:])
         assert found_s is not None

@@ -9,7 +9,7 @@ from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 
 RELEASED = 0.8  # of the contact force, a hysteresis
 EASED = 0.8  # of its force while the others released: a brake that follows a common release, if not all the way
-RELEASE_S = 20.0  # no release takes longer to be seen in every brake
+RELEASE_S = 20.0  # by then any brake that is vented has eased so far
 EASING = 0.95  # of what a brake pressed with EASING_S before: it is still being vented, in position G within 60 s
 EASING_S = 2.0
 
