@@ -72,8 +72,8 @@ LAYERS = {
     "inspection": Layer(
         within(
             "inspection",
-            "first_hour speed_lag force_lag lags repeated coarse wandering wheels_mean pulled traffic rates batches "
-            "force_size remarks",
+            "first_hour speed_lag force_lag lags repeated coarse wandering wheels_mean pulled arrivals traffic rates "
+            "batches force_size remarks",
         ),
         "words settings decoding estimation",
     ),

@@ -11,6 +11,7 @@ from brake_monitor.arrays import Floats
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame import Frame
 from brake_monitor.frame_block import FrameBlock
+from brake_monitor.inspection import arrivals
 from brake_monitor.inspection.remarks import remarks_on_mapping
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.settings.config import Settings
@@ -99,6 +100,14 @@ def test_a_signal_that_few_frames_of_its_message_carry_hides_no_batches() -> Non
     assert said_of(short, example_settings("wagon")) == said_of(frames, example_settings("wagon")) != []
     once = [*frames, frames[-1]._replace(can_id=0x2A0)]
     assert said_of(once, example_settings("wagon")) != []
+
+
+def test_batches_are_told_from_the_time_that_is_kept_of_every_message(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of a message that comes more often, less time is kept: the other one then seems to come alone."""
+    monkeypatch.setattr(arrivals, "MOST_KEPT", 300)
+    frames = wheels_and_pressures(lambda k: 0.016 if k % 3 else 0.032)
+    seldom = [frame for k, frame in enumerate(frames) if k % 2 or k % 4 == 0]
+    assert said_of(seldom, example_settings("wagon")) != []
 
 
 def test_frames_of_two_buses_may_come_together() -> None:

@@ -1,4 +1,4 @@
-"""When the values of a signal came, how they lie in the recording, and what they were."""
+"""How the values of a signal lie in the recording, and what they were."""
 
 from types import SimpleNamespace
 
@@ -13,36 +13,6 @@ from first_hours import Floats, good_samples, speed_channel, wheel_channel
 
 SPEED, WHEEL = CHANNELS = [speed_channel(0.02), wheel_channel(0, 0.02)]  # both time out after 0.5 s
 TENTHS_S = np.arange(0.0, 20.0, 0.1)
-BUNCHES_S = (np.arange(0.0, 20.0, 0.1)[:, np.newaxis] + [0.0, 0.001, 0.002]).ravel()
-PULSE_S = (np.arange(0.0, 40.0, 4.0)[:, np.newaxis] + [*np.arange(0.0, 1.3, 0.1), 2.2, 3.2]).ravel()
-
-
-def found(times_s: Floats) -> Found:
-    noted = Found()
-    noted.see(times_s, np.zeros(len(times_s)), np.full(len(times_s), Quality.GOOD))
-    return noted
-
-
-@pytest.mark.parametrize(
-    ("times_s", "period_s", "is_bunched", "comes_on_change"),
-    [
-        (TENTHS_S, 0.1, False, False),
-        (TENTHS_S[::-1], 0.1, False, False),  # a recording that runs backwards
-        (BUNCHES_S, 0.098, True, False),
-        (PULSE_S, 1.0, True, True),  # ten times a second while there is something to tell, else a sign of life
-        (np.array([0.0, 100.0, 200.0]), 1.0, False, False),  # nothing is to be told of so seldom a sender
-        (np.array([7.0]), 0.0, False, False),
-    ],
-    ids=["steady", "backwards", "in bunches", "on change", "seldom", "once"],
-)
-def test_how_values_come(times_s: Floats, period_s: float, is_bunched: bool, comes_on_change: bool) -> None:
-    noted = found(times_s)
-    assert noted.period_s == pytest.approx(period_s)
-    assert (noted.is_bunched, noted.comes_on_change) == (is_bunched, comes_on_change)
-
-
-def test_gaps_of_a_recording_that_runs_backwards_come_from_its_end() -> None:
-    assert list(found(np.array([9.0, 4.0, 1.0, 0.0])).gaps_s) == [1.0, 3.0, 5.0]
 
 
 @pytest.mark.parametrize(

@@ -1,5 +1,6 @@
 """What is noted of a recording by the block must be, to the bit, what is noted of it frame by frame."""
 
+import numpy as np
 import pytest
 
 from brake_monitor.frame import Frame, FrameKind
@@ -16,7 +17,7 @@ def note(traffic: Traffic, frame: Frame, samples: list[Sample]) -> None:
     traffic._first_s, traffic._last_s = min(traffic._first_s, frame.time_s), max(traffic._last_s, frame.time_s)
     for sample in samples:
         found = traffic.found[sample.quantity, sample.wheelset]
-        found.times_s.append(sample.time_s)
+        found.arrivals.see(np.array([sample.time_s]))
         found.can_ids.add(frame.can_id)
         if sample.quality is Quality.GOOD:
             found.good += 1

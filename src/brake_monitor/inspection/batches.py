@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from brake_monitor.arrays import Floats
+from brake_monitor.inspection.arrivals import Arrivals
 from brake_monitor.inspection.rates import NEVER_TOO_SELDOM, TOO_SELDOM
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.samples import Channel
@@ -31,15 +31,17 @@ class Batches(NamedTuple):
 
 def batches(traffic: Traffic, channels: Sequence[Channel]) -> Batches | None:
     """How the mapped frames of one bus are gathered, by the channels on it; None where nothing shows that they are."""
-    by_message: dict[str, Floats] = {}
+    by_message: dict[str, Arrivals] = {}
     for channel in channels:  # those of one message have its frames in common
-        times_s = np.frombuffer(traffic.found[channel.measurand].times_s)
-        if len(times_s) > len(by_message.get(channel.message, ())):
-            by_message[channel.message] = times_s
-    own_gaps_s = [np.diff(times_s) for times_s in by_message.values() if len(times_s) > 1]
+        arrivals = traffic.found[channel.measurand].arrivals
+        if arrivals.count > by_message.get(channel.message, Arrivals()).count:
+            by_message[channel.message] = arrivals
+    until_s = min((float(own.times_s[-1]) for own in by_message.values() if not own.all_kept), default=inf)
+    own_times_s = [own.times_s[own.times_s <= until_s] for own in by_message.values()]
+    own_gaps_s = [np.diff(times_s) for times_s in own_times_s if len(times_s) > 1]
     if sum(map(len, own_gaps_s)) < LEAST_COUNT:
         return None
-    times_s = np.sort(np.concatenate(list(by_message.values())))
+    times_s = np.sort(np.concatenate(own_times_s))
     begins = np.diff(times_s, prepend=-inf) >= FRAME_S  # a batch, or what comes alone
     together = 1.0 - float(begins.mean())
     displaced = np.concatenate([np.abs(own_s - np.median(own_s)) > DISPLACED_S for own_s in own_gaps_s])

@@ -8,7 +8,8 @@ import numpy as np
 
 from brake_monitor.decoding.routing import CYCLES_TO_TIMEOUT
 from brake_monitor.estimation.inputs.held_input import PROMPT_S
-from brake_monitor.inspection.traffic import Found, Traffic
+from brake_monitor.inspection.arrivals import Arrivals
+from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.samples import Channel, Quantity
 
 JITTER = 1.1  # of a period
@@ -31,16 +32,16 @@ def remarks_on_rates(traffic: Traffic, wheelset_count: int) -> Iterator[str]:
     """What comes too seldom for good estimates."""
     for quantity, (longest_s, costs) in TOO_SELDOM.items():
         seldom = {
-            place + 1: found
+            place + 1: arrivals
             for place in range(wheelset_count)
-            if len((found := traffic.found[quantity, place]).times_s) >= LEAST_VALUES
-            and found.period_s > longest_s
-            and not found.comes_on_change
+            if (arrivals := traffic.found[quantity, place].arrivals).count >= LEAST_VALUES
+            and arrivals.period_s > longest_s
+            and not arrivals.comes_on_change
         }
         if not seldom:
             continue
-        which, most_ms = ", ".join(map(str, seldom)), 1000.0 * max(found.period_s for found in seldom.values())
-        if any(found.is_bunched for found in seldom.values()):
+        which, most_ms = ", ".join(map(str, seldom)), 1000.0 * max(one.period_s for one in seldom.values())
+        if any(one.is_bunched for one in seldom.values()):
             yield (
                 f"{quantity} {which}: values come in bunches, every {most_ms:.0f} ms, as a gateway hands on what "
                 "it has gathered, and are taken as measured when they come; map them where they come one by one"
@@ -53,7 +54,7 @@ def remarks_on_timeouts(traffic: Traffic, channels: Sequence[Channel]) -> Iterat
     """What comes regularly and yet counts as lost each time, as where the DBC's cycle time is wrong."""
     lost: defaultdict[tuple[Quantity, float], dict[int, float]] = defaultdict(dict)
     for channel in channels:
-        gap_s = _gap_beyond_s(traffic.found[channel.measurand], channel.timeout_s / JITTER)
+        gap_s = _gap_beyond_s(traffic.found[channel.measurand].arrivals, channel.timeout_s / JITTER)
         if gap_s is not None:
             lost[channel.quantity, channel.timeout_s][channel.wheelset + 1] = gap_s
     for (quantity, timeout_s), gaps_s in lost.items():
@@ -65,16 +66,16 @@ def remarks_on_timeouts(traffic: Traffic, channels: Sequence[Channel]) -> Iterat
         )
 
 
-def _gap_beyond_s(found: Found, timeout_s: float) -> float | None:
+def _gap_beyond_s(arrivals: Arrivals, timeout_s: float) -> float | None:
     """The usual one of the gaps that are longer than that, where most of the time lies in many such.
 
     Of a value that comes as it changes: the one in which most of that time lies, while nothing changes.
     """
-    gaps_s = found.gaps_s
+    gaps_s = arrivals.gaps_s
     longer_s = np.sort(gaps_s[gaps_s > timeout_s])
     if len(longer_s) < LEAST_VALUES or longer_s.sum() < 0.5 * gaps_s.sum():
         return None
-    if found.comes_on_change:
+    if arrivals.comes_on_change:
         passed_s = np.cumsum(longer_s)
         return float(longer_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])
     return float(np.median(longer_s))

@@ -80,7 +80,7 @@ def _on_counters(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
             for channel in decoder.channels
             if (channel.bus, channel.message) == (bus, message)
         ]
-        failing = max(found.bad[Quality.BAD_COUNTER] / max(len(found.times_s), LEAST_VALUES) for found in own)
+        failing = max(found.bad[Quality.BAD_COUNTER] / max(found.arrivals.count, LEAST_VALUES) for found in own)
         if failing > COUNTER_FAILS:
             yield (
                 f"{message}.{counter} does not advance as a counter does in {failing:.0%} of its frames, which are "

@@ -1,6 +1,5 @@
 """What a recording carries: mapped signals with their rates, gaps and qualities, and what is not mapped."""
 
-from array import array
 from collections import Counter, defaultdict
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
@@ -13,19 +12,18 @@ from brake_monitor.arrays import Floats, Ints, indices
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame_block import FrameBlock, Identifier
+from brake_monitor.inspection.arrivals import Arrivals
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Channel, Measurand, Quality
 
 LEAST_ABSENT_S = 1.0  # a signal that is missing for longer at either end of a recording is called missing there
-LONGEST_PERIOD_S = 1.0  # a longer gap says nothing about how often a sender sends
-CLOSE = 0.5  # of the time between two bunches, what lies between two values of one as a rule
 
 
 @dataclass
 class Found:
     """What one channel showed in a recording; `kept_*` without what fewer than three good values in a row had."""
 
-    times_s: "array[float]" = field(default_factory=lambda: array("d"))
+    arrivals: Arrivals = field(default_factory=Arrivals)
     can_ids: set[int] = field(default_factory=set)
     least: float = inf
     greatest: float = -inf
@@ -45,35 +43,9 @@ class Found:
         """Whether there are more than single values."""
         return self.kept_least < inf
 
-    @property
-    def gaps_s(self) -> Floats:
-        """Between successive values, from the end where time runs backwards; one of 0 where there are not two."""
-        gaps_s: Floats = np.diff(np.frombuffer(self.times_s)) if len(self.times_s) > 1 else np.zeros(1)
-        return gaps_s if np.median(gaps_s) >= 0.0 else -gaps_s[::-1]
-
-    @property
-    def period_s(self) -> float:
-        """The gap that any instant usually lies in: where values come in bunches, the one between two bunches."""
-        gaps_s = np.sort(self.gaps_s.clip(0.0, LONGEST_PERIOD_S))
-        passed_s = np.cumsum(gaps_s)
-        return float(gaps_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])
-
-    @property
-    def is_bunched(self) -> bool:
-        """Whether most values come close to the one before."""
-        return bool(np.median(self.gaps_s) < CLOSE * self.period_s)
-
-    @property
-    def comes_on_change(self) -> bool:
-        """Whether values come close to each other for longer than a bunch can last: as there is more to tell."""
-        gaps_s, period_s = self.gaps_s, self.period_s
-        close = gaps_s < CLOSE * period_s
-        lasting_s = np.bincount(indices(np.cumsum(~close)), np.where(close, gaps_s, 0.0))
-        return bool(lasting_s.max() > period_s)
-
     def see(self, time_s: Floats, value: Floats, quality: Ints) -> None:
         """Take successive samples, but for their identifiers."""
-        self.times_s.frombytes(time_s.tobytes())
+        self.arrivals.see(time_s)
         times = np.bincount(indices(quality)).tolist()
         self.bad.update({Quality(place): count for place, count in enumerate(times) if place and count})
         good = value[quality == Quality.GOOD]
@@ -96,7 +68,7 @@ class SignalLine(Struct, frozen=True):
 
     channel: Channel
     values: int
-    period_s: float | None  # median
+    period_s: float | None  # median of the first values
     longest_gap_s: float | None  # between values, or from the recording's beginning to the first, the last to its end
     present_only_s: tuple[float, float] | None  # the first and the last, where it is missing for long before or after
     least: float | None  # of the good values
@@ -154,17 +126,16 @@ class Traffic:
             yield self._line(channel, self.found[channel.measurand])
 
     def _line(self, channel: Channel, found: Found) -> SignalLine:
-        longest_s, present_only_s = None, None
-        if found.times_s:
-            begun_s, ended_s = min(found.times_s), max(found.times_s)
-            outside_s = max(begun_s - self._first_s, self._last_s - ended_s)
-            longest_s = max(float(found.gaps_s.max()), outside_s)
+        arrivals, longest_s, present_only_s = found.arrivals, None, None
+        if arrivals.count:
+            outside_s = max(arrivals.begun_s - self._first_s, self._last_s - arrivals.ended_s)
+            longest_s = max(arrivals.longest_gap_s, outside_s)
             if outside_s > max(channel.timeout_s, LEAST_ABSENT_S):
-                present_only_s = (begun_s - self._first_s, ended_s - self._first_s)
+                present_only_s = (arrivals.begun_s - self._first_s, arrivals.ended_s - self._first_s)
         return SignalLine(
             channel,
-            len(found.times_s),
-            float(np.median(found.gaps_s)) if len(found.times_s) > 1 else None,
+            arrivals.count,
+            float(np.median(arrivals.gaps_s)) if arrivals.count > 1 else None,
             longest_s,
             present_only_s,
             found.least if found.good else None,
