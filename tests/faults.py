@@ -56,9 +56,9 @@ def silence(from_s: float, to_s: float) -> Fault:
     return lambda frames: [frame for frame in frames if not within(frame, from_s, to_s)]
 
 
-def lost(message: str, from_s: float, to_s: float) -> Fault:
+def lost(message: str, from_s: float, to_s: float, *, vehicle: str = "wagon") -> Fault:
     """One message is not sent."""
-    return lambda frames: [f for f in frames if not (carries(f, message) and within(f, from_s, to_s))]
+    return lambda frames: [f for f in frames if not (carries(f, message, vehicle) and within(f, from_s, to_s))]
 
 
 def changed(

@@ -13,7 +13,7 @@ from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS, Profile, Scenario, steps
 from brake_monitor.simulator.simulate import run as simulate
 from drives import DRY, END_S, SLIDE, Judged, drive, play
-from faults import Fault, changed, frozen, signal_changed
+from faults import Fault, changed, frozen, lost, signal_changed
 
 TOP_BAR = 10.0  # of the range of the DBC
 BRAKED_FROM_S = 5.0
@@ -23,6 +23,14 @@ LIGHT = Scenario(
     initial_speed_mps=32.0,
     duration_s=END_S,
     demand=steps((5.0, 0.4), (15.0, 0.0)),
+    rail_over_time=Profile(((0.0, 0.45),)),
+)
+FULL = Scenario(
+    name="full braking",
+    summary="coast, brake fully from 5 s on",
+    initial_speed_mps=32.0,
+    duration_s=END_S,
+    demand=steps((5.0, 1.0)),
     rail_over_time=Profile(((0.0, 0.45),)),
 )
 UNIT = ("wheel speed", "pressing force")  # what one of them tells
@@ -132,7 +140,38 @@ def test_what_the_wagon_uses_of_the_rail_is_known_while_a_brake_presses_unseen()
     assert silent.rmse < 0.008
 
 
-def test_all_forces_that_are_gone_at_once_are_doubted_as_long_as_the_wagon_retards_on() -> None:
+def test_all_forces_that_are_gone_at_once_are_dead_as_long_as_the_wagon_retards_on() -> None:
     """No air goes at once; and no line that begins in that moment takes from the speed what the brakes took."""
     gone = [changed("BCU", (signal,), lambda _, __: 0.0, 9.0, 14.5) for signal in ("p_A", "p_B")]
-    assert judged(LIGHT, *gone).during(9.9, 14.4).statuses == {Status.CONVERGING}
+    seen = judged(LIGHT, *gone)
+    silent = seen.during(9.3, 14.4)
+    assert silent.statuses == {Status.INVALID}
+    assert silent.reasons == {"pressing_force 1 impossible", "pressing_force 2 impossible"}
+    assert silent.worst < 0.01
+    told_again = seen.during(15.0, 16.0)
+    assert told_again.statuses == {Status.VALID}
+    assert told_again.worst < 0.006
+
+
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_forces_that_nobody_tells_as_the_brake_comes_on_leave_friction_and_line_as_they_were(seed: int) -> None:
+    """What the wagon loses is what its brakes do: were it taken for the line, their pads would seem to do nothing."""
+    recording = simulate(FULL, example_settings("bogie"), seed)
+    untold = [lost(message, 4.0, 9.0, vehicle="bogie") for message in ("BrakeLead", "BrakeTrail")]
+    frames = reduce(lambda changed, fault: fault(changed), untold, list(recording.frames))
+    seen = Judged.of(recording, play(recording.settings, frames))
+    seen.assert_sound()
+    seen.assert_honest()
+    silent = seen.during(7.0, 9.0)
+    assert silent.statuses == {Status.INVALID}
+    assert silent.worst < 0.02
+    told_again = seen.during(10.0, 14.0)
+    assert told_again.statuses == {Status.VALID}
+    assert told_again.worst < 0.01
+    assert told_again.worst_friction() < 0.05
+
+
+def test_forces_that_are_gone_at_once_are_believed_once_the_wagon_rolls_on() -> None:
+    """They have died in mid-brake, say 0 ever after, and the brake is released: nothing is left that contradicts 0."""
+    gone = [changed("BCU", (signal,), lambda _, __: 0.0, 9.0, 60.0) for signal in ("p_A", "p_B")]
+    assert judged(LIGHT, *gone).during(19.0, 23.0).statuses == {Status.VALID}

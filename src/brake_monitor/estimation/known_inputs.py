@@ -54,8 +54,10 @@ class KnownInputs:
 
     def _take_force(self, i: int, time_s: float, pressing_force_n: float) -> bool:
         wheel = self._core.wheels[i]
-        rises = pressing_force_n > wheel.force.value
-        unlikely = self._rises_too_far(i, pressing_force_n) if rises else self._falls_alone(i, time_s)
+        if pressing_force_n > wheel.force.value:
+            unlikely = self._rises_too_far(i, pressing_force_n)
+        else:
+            unlikely = self._falls_alone(i, time_s) or self._falls_unnoticed(i)
         believed = wheel.gate.pass_on(time_s, pressing_force_n, wheel.unsettled == 0.0, unlikely)
         for then_s, force_n in believed:
             self._core.believe_force(i, then_s, force_n)
@@ -77,6 +79,12 @@ class KnownInputs:
             if k != i and presses and other.force.value >= least_n and other.gate.is_alive(time_s):
                 return True
         return False
+
+    def _falls_unnoticed(self, i: int) -> bool:
+        """Whether a wheelset still uses what its brake asked for before its force fell, by a sensor that was alive."""
+        core, wheel = self._core, self._core.wheels[i]
+        asked = core.adhesion_demand(i)
+        return wheel.gate.fell_alive and core.filter.x[core.adhesion_place + i] >= STILL_PRESSES * asked > 0.0
 
     def is_dead(self, measurand: Measurand) -> bool:
         """Whether a pressing force fell as no brake does, and stands still ever since."""

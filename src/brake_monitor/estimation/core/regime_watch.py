@@ -15,7 +15,8 @@ RELEASING = 0.8  # of the largest force lately: while it falls, its timing count
 QUICK_SIGMAS = 4.0  # of v, that are no slip yet: v is looked at hundreds of times in a braking
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
-LOCKED_ADHESION_DENSITY = 5e-3  # 1/s, of a locked one while v contradicts the model: more likely by its rail than by d
+UNTOLD_ADHESION_DENSITY = 5e-3  # 1/s, of one that is locked, or whose force is lost, while v contradicts the model:
+# more likely by its rail, or by its brake, than by d
 LOCKED_LINE_DENSITY = 1e-5  # (m/s²)²/m, 10 per mille in a kilometre: no change of d contradicts anything then
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
@@ -237,7 +238,7 @@ class RegimeWatch(MotorWatch):
         return is_known
 
     def set_deceleration_density(self) -> None:
-        """Set how fast d may change, and mu_w of locked wheelsets, which only v shows as well."""
+        """Set how fast d may change, and mu_w of wheelsets of which only v tells as well."""
         now, q = self.now, self.densities
         density = q.deceleration
         if now.pressed:
@@ -246,10 +247,11 @@ class RegimeWatch(MotorWatch):
                 density += now.application.pull_variance / PULL_CUT_S
         if not now.all_roll and self.any_seizes():  # a coupler takes that up at once
             density = max(density, q.deceleration_sliding)
-        if density > 0.0 and self.any_locked():
-            density += LOCKED_LINE_DENSITY * self.speed_mps()
+        if density > 0.0 and self.any_untold():
+            if self.any_locked():
+                density += LOCKED_LINE_DENSITY * self.speed_mps()
             if self.is_speed_doubtful():
-                self.doubt_locked_adhesion()
+                self.doubt_untold_adhesion()
         elif (
             density > 0.0
             and self.is_speed_doubtful()
@@ -263,11 +265,18 @@ class RegimeWatch(MotorWatch):
         now.deceleration_density = density + now.following_density + now.line.more * self.speed_mps()
 
     def any_locked(self) -> bool:
-        """Whether a wheelset is locked: then its adhesion and d show in v alone, which cannot tell them apart."""
+        """Whether a wheelset is locked."""
         any_locked = False
         for wheel in self.wheels:
             any_locked = any_locked or not wheel.turns
         return any_locked
+
+    def any_untold(self) -> bool:
+        """Whether a wheelset is locked, or its force lost: its adhesion and d show in v alone, which tells neither."""
+        any_untold = self.any_locked()
+        for wheel in self.wheels:
+            any_untold = any_untold or wheel.force_lost
+        return any_untold
 
     def any_seizes(self) -> bool:
         """Whether a wheelset is stopped by more than is told of."""
@@ -276,8 +285,8 @@ class RegimeWatch(MotorWatch):
             any_seizes = any_seizes or wheel.seizing.is_on
         return any_seizes
 
-    def doubt_locked_adhesion(self) -> None:
-        """Let mu_w of locked wheelsets change quickly."""
+    def doubt_untold_adhesion(self) -> None:
+        """Let mu_w of these wheelsets change quickly."""
         for wheel in self.wheels:
-            if not wheel.turns:
-                wheel.adhesion_density = LOCKED_ADHESION_DENSITY
+            if wheel.force_lost or not wheel.turns:
+                wheel.adhesion_density = UNTOLD_ADHESION_DENSITY

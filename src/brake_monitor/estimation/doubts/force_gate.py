@@ -9,14 +9,16 @@ LEAST_FALL_N = 2000.0  # less is noise, or a coarse sensor's step
 SPRINGS_N = 10e3  # below it return springs take the force on to 0 as fast as the air that leaves took it before
 DEAD_S = 0.1  # by then another brake would have followed a true fall
 ALIVE_S = 0.5  # a sensor whose value has changed within it is alive
+TREMBLES_STEPS = 2.0  # a sensor whose value has changed within so many of its readings tells each as it is measured
 LEAST_FORCE_STEP_S = 0.01  # frames that a gateway bunches are not as close as their times
 
 
 class ForceGate:
     """Holds back a pressing force that has changed faster than air can move, until the next reading bears it out.
 
-    A sensor is dead if it repeats the new value to the last bit after such a fall, while another brake presses on. So
-    it is after such a rise far beyond what the brake pressed with lately: a wire touches another.
+    A sensor is dead if it repeats the new value to the last bit after such a fall, while another brake presses on, or
+    its own wheelset uses the rail as before. So it is after such a rise far beyond what the brake pressed with lately:
+    a wire touches another.
     """
 
     def __init__(self) -> None:
@@ -32,6 +34,7 @@ class ForceGate:
         self._held_s = 0.0
         self._held_n = 0.0
         self._bears_out = False  # the last reading believed bore out the one held back before it
+        self.fell_alive = False  # the one held back came from a sensor that had just trembled: it is told as measured
 
     def passes(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
         """Take an ordinary reading; False if it is none: nothing is taken then, and `pass_on` has to decide.
@@ -59,6 +62,7 @@ class ForceGate:
             held_back = (self._held_s, self._held_n)
             self.holds, self._held_s, self._held_n = not self.holds, time_s, pressing_force_n
             if self.holds:
+                self.fell_alive = self._time_s - self._moved_s <= TREMBLES_STEPS * self._step_s(time_s)
                 return []
             believed = [held_back, *believed]
         self.holds = False
