@@ -58,7 +58,9 @@ def test_friction_does_not_wander_off(preset: str) -> None:
     estimated, std, truth = descent(preset)[0].T
     assert len(truth) > 120
     assert np.all(np.abs(estimated - truth) < 3.0 * std)
-    assert np.abs(estimated - truth).max() < 0.06
+    is_known = std < 0.045
+    assert np.mean(is_known) > 0.8
+    assert np.abs(estimated - truth)[is_known].max() < 0.06
 
 
 @pytest.mark.parametrize("preset", ["wagon", "train"])

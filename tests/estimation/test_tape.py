@@ -45,7 +45,7 @@ ACTIONS: dict[str, Callable[[TapedFilter], object]] = {
     "forget": lambda brakes: brakes.forget(3, 0.3, 0.2),
     "forget all": lambda brakes: brakes.forget_all(brakes.layout.friction, 0.3, 0.2),
     "scale": lambda brakes: brakes.scale(6, 0.7, 0.1),
-    "jump": lambda brakes: brakes.admit_jump(7, 0.04, 2, 1.5),
+    "jump": lambda brakes: brakes.admit_jump(7, 0.04, 1, 1.5, 0.3),
     "along a direction": lambda brakes: brakes.admit_along(0.04),
     "near standstill": lambda brakes: brakes.admit_unseen(0.5),
     "spread": lambda brakes: brakes.spread(brakes.layout.friction, 0.04, 0.01),

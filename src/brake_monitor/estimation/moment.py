@@ -107,6 +107,16 @@ class WagonMoment:
         )
 
 
+class Surprise:
+    """What the last wheel speed that surprised found and changed: if it was a spike, that is taken back."""
+
+    def __init__(self) -> None:
+        self.adhesion = 0.0  # mu_w,i before it ...
+        self.adhesion_variance = 0.0
+        self.speed_variance = 0.0  # ... and how well v was known
+        self.moved_mps = 0.0  # v by it
+
+
 class WheelsetMoment:
     """One wheelset: what acts on it in a step, and what it does. Flags that the filter multiplies by are 0.0 or 1.0."""
 
@@ -162,8 +172,7 @@ class WheelsetMoment:
         self.small_slip = self.medium_slip = self.large_slip = 0.0
         self.slip_mps = 0.0  # slip speed w = v - omega r_W before the step
         self.slip_change_mps = 0.0  # Δw since the step before, times e^{-B w}: see `RegimeWatch.enter_creep`
-        self.adhesion_before = 0.0  # mu_w,i before its last wheel speed that surprised, ...
-        self.adhesion_variance_before = 0.0  # ... and how well it was known
+        self.surprise = Surprise()
 
     @property
     def wheel_radius_m(self) -> float:

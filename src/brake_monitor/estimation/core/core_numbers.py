@@ -12,6 +12,7 @@ from typing import Any
 from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
 from brake_monitor.estimation.kalman.foretold import Foretold
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 
 STRAYED_SIGMAS = 2.0  # of L, as it was known when the brake application began
@@ -77,6 +78,16 @@ class CoreNumbers:
         wheel = self.wheels[i]
         least_n: float = MOTOR_ACTS_MPS2 / GRAVITY_MPS2 * wheel.next_wheel_load_n
         return abs(wheel.torque.value) >= least_n * wheel.wheel_radius_m
+
+    def adhesion_demand(self, i: int) -> float:
+        """The mu_w,i that brake and motor of wheelset i ask for if it rolls."""
+        wheel, load_n = self.wheels[i], self.wheels[i].next_wheel_load_n
+        by_brake = self.filter.x[self.friction_place + i] * braking_ratio(wheel, wheel.end_force_n, load_n)
+        by_motor = motor_demand(wheel, wheel.end_torque_nm, load_n)
+        if self.learns_torque_error:
+            by_motor *= 1.0 + self.filter.x[self.torque_error_place]
+        asked: float = by_brake + by_motor
+        return asked
 
     def slip(self, i: int) -> float:
         """(v - omega r_W) / v of wheelset i by its calibrated radius; 0 near standstill and while its speed is lost."""

@@ -3,7 +3,7 @@
 from math import inf, sqrt
 
 from brake_monitor.estimation.core.change_doubt import ChangeDoubt
-from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION
+from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, QUICK_SLIP
 from brake_monitor.estimation.doubts.consistency import BIASED
 from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
 from brake_monitor.estimation.kalman.foretold import STRANGE_STD_MPS
@@ -17,8 +17,11 @@ OUTLIER_SIGMA = 6.0
 OUTLIERS_BELIEVED = 3  # this many in a row are no outliers but the truth
 BELIEFS_IN_A_ROW = 3  # after this many outliers that had to be believed the prediction is wrong
 DOUBTED_ADHESION_STD = 0.05
-FASTEST_WHEEL_RADPS2 = 80.0  # brake torque or re-adhesion over inertia; a faster change is a bad reading
-UNBRAKED_RADPS2 = 10.0  # ... of a wheelset that no brake slows down, or that the rail has brought back to rolling
+LEFT_STD = 0.3  # of what is taken from an adhesion as its wheelset is found back to rolling
+LEAST_TURNED_UP = 0.02  # of its speed between two readings: less may still go on
+FASTEST_AMONG_SPIKES_RADPS2 = 80.0  # of a wheel speed that spikes lately: few brakes and rails are quicker
+LARGEST_ADHESION = 0.5  # of a dry rail
+UNBRAKED_RADPS2 = 10.0  # what else may, of one that no brake slows down or that the rail has brought back to rolling
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 
 # What became of a sample.
@@ -44,7 +47,8 @@ class Correction(ChangeDoubt):
             return self.take_back_jump(index, value, variance)
         gate = OUTLIER_SIGMA * sqrt(total_variance)
         if abs(residual) > gate:  # as nearly none is
-            if self.is_outlier(index, residual, gate, min(since_s, max(passed_s, reading.spacing_s))):
+            unseen_s = min(since_s, max(passed_s, reading.spacing_s))
+            if self.is_outlier(index, residual, gate, unseen_s, since_s):
                 return self.meet_outlier(index, value, variance, residual, gate)
             if index < self.wheelset_count and self.hold_back(index, value, residual):
                 return TAKEN
@@ -87,14 +91,15 @@ class Correction(ChangeDoubt):
     def hold_back(self, i: int, value: float, residual: float) -> bool:
         """Hold a surprising reading back, if its wheel speed spikes lately, until the next one bears it out.
 
-        Either way the reading is noted, and mu_w,i before it: `take_back_jump` may need both.
+        Either way it is noted, with what was known of mu_w,i and v before it: `take_back_jump` may need that.
         """
         reading, time_s = self.readings[i], self.now.time_s
         holds = reading.rejected_in_a_row == 0 and reading.spikes.is_on(time_s)
         reading.spikes.note(time_s, value, residual, not holds)
-        wheel, place = self.wheels[i], self.adhesion_place + i
-        wheel.adhesion_before = self.filter.x[place]
-        wheel.adhesion_variance_before = max(self.filter.covariance[place][place], 0.0)
+        surprise, place, speed = self.wheels[i].surprise, self.adhesion_place + i, self.wheelset_count
+        surprise.adhesion = self.filter.x[place]
+        surprise.adhesion_variance = max(self.filter.covariance[place][place], 0.0)
+        surprise.speed_variance = max(self.filter.covariance[speed][speed], 0.0)
         if holds:
             self.now.outlier_count += 1
             reading.rejected_in_a_row = 1
@@ -108,8 +113,7 @@ class Correction(ChangeDoubt):
         if not is_wheel:
             self.now.consistency.see_outlying_speed()
         if reading.rejected_in_a_row < OUTLIERS_BELIEVED:
-            might_pass_in_a_slide = abs(residual) <= gate + FASTEST_WHEEL_RADPS2 * reading.spacing_s
-            if is_wheel and might_pass_in_a_slide:
+            if is_wheel and abs(residual) <= gate + self.by_dry_rail_radps2(index) * reading.spacing_s:
                 reading.spikes.note(self.now.time_s, value, residual, False)
             return TAKEN
         self.filter.forget(index, value, sqrt(variance))
@@ -127,7 +131,7 @@ class Correction(ChangeDoubt):
             self.admit_jump(index, residual, max(since_s, LEAST_JUMP_S))
             total_variance = brakes.covariance[index][index] + variance
             nis = residual * residual / total_variance
-        value = brakes.x[index] + residual
+        value, before_mps = brakes.x[index] + residual, brakes.x[n]
         is_sound = brakes.fuse(now, self.wheels, index, residual, total_variance)
         now.nis = nis
         reading.believed_in_a_row = 0
@@ -135,6 +139,8 @@ class Correction(ChangeDoubt):
         reading.spacing_s = mean_s + SPACING_SHARE * (min(since_s, LONGEST_SPACING * mean_s) - mean_s)
         if index < n:
             wheel = self.wheels[index]
+            wheel.surprise.moved_mps = brakes.x[n] - before_mps
+            self.end_acceleration(index)
             slides = wheel.slides if wheel.force.is_prompt else 0.0
             now.consistency.see_wheel(now.time_s, wheel.checks, foretold_nis, value, slides)
         elif self.see_speed(residual, total_variance):
@@ -143,29 +149,37 @@ class Correction(ChangeDoubt):
         reading.fused_s = now.time_s
         return FUSED if is_sound else UNSOUND
 
-    def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float) -> bool:
+    def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float, since_s: float) -> bool:
         """Whether neither noise, up to the gate, nor physics explains a reading; physics explains a sliding wheel.
 
         `unseen_s`: time since the last reading, even a rejected one: the second of two spikes gets no more room.
+        `since_s`: since the last one that was used.
         """
         n = self.wheelset_count
         fastest = FASTEST_WAGON_MPS2 if index == n else self.fastest_radps2(index, residual, gate)
         if abs(residual) <= gate + fastest * unseen_s:
             return False
-        return index == n or not self.has_acceleration_ended(index, residual, gate, unseen_s)
+        return index == n or not self.has_acceleration_ended(index, residual, gate, since_s)
 
     def fastest_radps2(self, i: int, residual: float, gate: float) -> float:
         """The largest angular acceleration away from the prediction: brakes slow a wheelset, the rail turns it up."""
-        wheel, x, n = self.wheels[i], self.filter.x, self.wheelset_count
+        wheel, x, n, most_radps2 = self.wheels[i], self.filter.x, self.wheelset_count, self.by_dry_rail_radps2(i)
+        if self.readings[i].spikes.is_on(self.now.time_s):
+            most_radps2 = min(most_radps2, FASTEST_AMONG_SPIKES_RADPS2)
         if wheel.force_lost or self.has_torque_signal:
-            return FASTEST_WHEEL_RADPS2
+            return most_radps2
         if residual < 0.0:
             hardest_radps2 = LARGEST_FRICTION * brake_radps2(wheel, wheel.force.most_lately, 1.0)
-            return min(UNBRAKED_RADPS2 + hardest_radps2, FASTEST_WHEEL_RADPS2)
+            return min(UNBRAKED_RADPS2 + hardest_radps2, most_radps2)
         rolling_radps = max(x[n] / wheel.radius.radius_m, x[i])
-        return FASTEST_WHEEL_RADPS2 if x[i] + residual <= rolling_radps + gate else UNBRAKED_RADPS2
+        return most_radps2 if x[i] + residual <= rolling_radps + gate else UNBRAKED_RADPS2
 
-    def has_acceleration_ended(self, i: int, residual: float, gate: float, unseen_s: float) -> bool:
+    def by_dry_rail_radps2(self, i: int) -> float:
+        """The largest angular acceleration that a dry rail gives; nothing turns a wheelset down faster."""
+        by_rail: float = LARGEST_ADHESION * rail_radps2(self.wheels[i], self.wheels[i].wheel_load_n, 1.0)
+        return by_rail
+
+    def has_acceleration_ended(self, i: int, residual: float, gate: float, since_s: float) -> bool:
         """Whether a reading is explained by the end of the acceleration that the prediction has gone on with.
 
         A rail that is dry again accelerates a wheelset more than any brake, and suddenly no more once it rolls.
@@ -173,21 +187,41 @@ class Correction(ChangeDoubt):
         wheel, x = self.wheels[i], self.filter.x
         by_rail = x[self.adhesion_place + i] * rail_radps2(wheel, wheel.wheel_load_n, 1.0)
         by_brake = x[self.friction_place + i] * brake_radps2(wheel, wheel.force.value, 1.0)
-        foretold_radps = (by_rail - by_brake) * unseen_s
+        foretold_radps = (by_rail - by_brake) * since_s
         has_acceleration_ended: bool = residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
         return has_acceleration_ended
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
-        """Admit a jump of mu_w,i that would explain the surprising residual of a wheel speed."""
+        """Admit a jump of mu_w,i that explains the surprising residual of a wheel speed, and what v has lost by it."""
         wheel = self.wheels[i]
         spin_per_adhesion = rail_radps2(wheel, wheel.wheel_load_n, 1.0 if wheel.turns else 0.0) * since_s
+        lost_mps = wheel.wheel_load_n / self.now.mass_kg * since_s
         if spin_per_adhesion > 0.0:
-            self.filter.admit_jump(self.adhesion_place + i, (residual / spin_per_adhesion) ** 2, i, spin_per_adhesion)
+            variance = (residual / spin_per_adhesion) ** 2
+            self.filter.admit_jump(self.adhesion_place + i, variance, i, spin_per_adhesion, lost_mps)
+
+    def end_acceleration(self, i: int) -> None:
+        """Take from mu_w,i what has turned a wheelset up that was found back to rolling: no more than is asked for.
+
+        Until its reading the rail gave more. On the rising flank of the creep curve that ends as slip does: what is
+        left of it is in proportion to slip. To the letter of (20) adhesion is what it was.
+        """
+        wheel, place, slip = self.wheels[i], self.adhesion_place + i, max(self.slip(i), 0.0)
+        if wheel.rolls != 0.0 or slip > QUICK_SLIP or self.literal:
+            return
+        asked = self.adhesion_demand(i)
+        excess = self.filter.x[place] - asked
+        turned_up_radps2 = excess * rail_radps2(wheel, wheel.wheel_load_n, wheel.has_equation)
+        if turned_up_radps2 * self.readings[i].spacing_s > LEAST_TURNED_UP * self.filter.x[i]:
+            left = slip / QUICK_SLIP
+            self.filter.scale(place, left, asked)
+            self.filter.widen(place, (LEFT_STD * (1.0 - left) * excess) ** 2)
 
     def take_back_jump(self, i: int, value: float, variance: float) -> int:
-        """Set mu_w,i back to before a reading that was taken for a jump of adhesion, and was a spike."""
-        wheel, brakes = self.wheels[i], self.filter
-        brakes.forget(self.adhesion_place + i, wheel.adhesion_before, sqrt(wheel.adhesion_variance_before))
+        """Set mu_w,i and v back to before a reading that was taken for a jump of adhesion, and was a spike."""
+        surprise, brakes, speed = self.wheels[i].surprise, self.filter, self.wheelset_count
+        brakes.forget(speed, brakes.x[speed] - surprise.moved_mps, sqrt(surprise.speed_variance))
+        brakes.forget(self.adhesion_place + i, surprise.adhesion, sqrt(surprise.adhesion_variance))
         brakes.forget(i, value, sqrt(variance))
         return self.accept(i)
 

@@ -6,7 +6,6 @@ from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, UNKNOWN_ADHESION_STD, RegimeWatch
 from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
 from brake_monitor.estimation.inputs.slide_protection import PERIOD_S
-from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.moment import SNAPSHOTS
 
 TIMING_STD_S = 0.008  # of a pressing force against its wheel speed: gateways hand on as late as their cycle
@@ -129,16 +128,6 @@ class Prediction(RegimeWatch):
             if not self.wheels[i].silent:
                 most = max(most, self.adhesion_demand(i))
         return most
-
-    def adhesion_demand(self, i: int) -> float:
-        """The mu_w,i that brake and motor of wheelset i ask for if it rolls."""
-        wheel, load_n = self.wheels[i], self.wheels[i].next_wheel_load_n
-        by_brake = self.filter.x[self.friction_place + i] * braking_ratio(wheel, wheel.end_force_n, load_n)
-        by_motor = motor_demand(wheel, wheel.end_torque_nm, load_n)
-        if self.learns_torque_error:
-            by_motor *= 1.0 + self.filter.x[self.torque_error_place]
-        asked: float = by_brake + by_motor
-        return asked
 
     def follow_deceleration(self, before_mps: float, step_s: float) -> None:
         """Follow the mean deceleration over the last L: a late reading is v(t - L) = v + L `speed_per_lag_mps2` (15).

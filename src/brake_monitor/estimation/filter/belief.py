@@ -40,12 +40,15 @@ class Belief:
         """Admit that a state has moved by an unknown amount of this variance, alone."""
         self.covariance[place][place] += variance
 
-    def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
-        """Admit an unknown jump of the state at `place`; another, at `shown_by`, has by `per_jump` times as much."""
-        self.covariance[shown_by][shown_by] += variance * per_jump * per_jump
-        self.covariance[shown_by][place] += variance * per_jump
-        self.covariance[place][shown_by] += variance * per_jump
-        self.covariance[place][place] += variance
+    def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float, lost_mps: float) -> None:
+        """Admit an unknown jump of the state at `place`; another, at `shown_by`, has by `per_jump` times as much.
+
+        v has lost `lost_mps` times as much.
+        """
+        moved = ((place, 1.0), (shown_by, per_jump), (self.speed_place, -lost_mps))
+        for i, by in moved:
+            for j, also_by in moved:
+                self.covariance[i][j] += variance * by * also_by
 
     def learn(self, place: int, value: float, variance: float) -> None:
         """Correct x and P by what is known of one state beside all readings: this value, with this variance."""

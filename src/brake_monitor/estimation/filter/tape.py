@@ -91,12 +91,11 @@ class TapedFilter(BrakeFilter):
         super().widen(place, variance)
         self._note({}, {(place, place): variance})
 
-    def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float) -> None:
+    def admit_jump(self, place: int, variance: float, shown_by: int, per_jump: float, lost_mps: float) -> None:
         """As `BrakeFilter` does, and note it."""
-        super().admit_jump(place, variance, shown_by, per_jump)
-        both = variance * per_jump
-        noise = {(place, place): variance, (place, shown_by): both, (shown_by, place): both}
-        self._note({}, {**noise, (shown_by, shown_by): both * per_jump})
+        super().admit_jump(place, variance, shown_by, per_jump, lost_mps)
+        moved = {place: 1.0, shown_by: per_jump, self.speed_place: -lost_mps}
+        self._note({}, {(i, j): variance * by * also_by for i, by in moved.items() for j, also_by in moved.items()})
 
     def admit_along(self, variance: float) -> None:
         """As `BrakeFilter` does, and note it."""
