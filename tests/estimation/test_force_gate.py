@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from brake_monitor.estimation.doubts.force_gate import DEAD_S, ForceGate
+from brake_monitor.estimation.doubts.force_gate import DEAD_S, LEAST_FALL_N, ForceGate
 
 CYCLES_S = st.sampled_from([0.005, 0.01, 0.02, 0.05, 0.1])
 FULL_N = st.floats(5e3, 60e3)
@@ -21,6 +21,37 @@ def test_a_cylinder_that_is_vented_passes_at_once(
         time_s = k * cycle_s
         opened_s = max(time_s - 0.5, 0.0)
         assert gate.passes(10.0 + time_s, full_n * exp(-opened_s / time_constant_s), rolls)
+
+
+@given(cycle_s=CYCLES_S, full_n=FULL_N, time_constant_s=st.floats(0.05, 1.0), rolls=st.booleans())
+def test_a_cylinder_that_is_filled_passes_at_once(
+    cycle_s: float, full_n: float, time_constant_s: float, rolls: bool
+) -> None:
+    gate = ForceGate()
+    for k in range(200):
+        filled_s = max(k * cycle_s - 0.5, 0.0)
+        assert gate.passes(10.0 + k * cycle_s, full_n * (1.0 - exp(-filled_s / time_constant_s)), rolls)
+
+
+@given(cycle_s=CYCLES_S, step_n=st.floats(1.0, LEAST_FALL_N - 1.0), rolls=st.booleans())
+def test_what_a_coarse_sensor_or_its_noise_takes_from_a_light_force_passes_at_once(
+    cycle_s: float, step_n: float, rolls: bool
+) -> None:
+    """No air leaves so fast, and it goes to and fro."""
+    gate = ForceGate()
+    assert all(gate.passes(10.0 + k * cycle_s, step_n * (k % 2), rolls) for k in range(20))
+
+
+@pytest.mark.parametrize("unlikely", [False, True])
+@pytest.mark.parametrize("wrong_n", [0.0, 290e3])
+def test_a_single_reading_that_is_wrong_is_never_used(wrong_n: float, unlikely: bool) -> None:
+    """A wire that touches another for a moment; the reading after it is as those before."""
+    gate, told = ForceGate(), []
+    for k in range(20):
+        told += believed(gate, 10.0 + 0.01 * k, wrong_n if k == 10 else 30e3, unlikely=unlikely)
+    assert {force_n for _, force_n in told} == {30e3}
+    assert told[-1] == (pytest.approx(10.19), 30e3)
+    assert not gate.is_dead
 
 
 @pytest.mark.parametrize("opens_every", [1, 2])
@@ -106,6 +137,32 @@ def test_a_fall_that_was_borne_out_is_no_jump_where_air_may_have_moved_so_far_me
     assert gate.passes(10.0, 30e3, True)
     assert len([pair for k in (1, 2) for pair in believed(gate, 10.0 + 0.01 * k, 0.0, unlikely=False)]) == 2
     assert gate.was_borne_out()
+    assert not gate.has_jumped()
+
+
+FAR = pytest.mark.parametrize(("from_n", "to_n"), [(200e3, 0.0), (0.0, 200e3)], ids=["fall", "rise"])
+
+
+@FAR
+def test_what_was_borne_out_is_a_jump_where_air_cannot_have_moved_so_far(from_n: float, to_n: float) -> None:
+    """Until the next reading, which is as the last one."""
+    gate = ForceGate()
+    for time_s in (10.0, 10.01):
+        assert gate.passes(time_s, from_n, True)
+    assert not gate.has_jumped()
+    told = [believed(gate, time_s, to_n, unlikely=False) for time_s in (10.02, 10.03)]
+    assert told == [[], [(10.02, to_n), (10.03, to_n)]]
+    assert gate.has_jumped()
+    assert believed(gate, 10.04, to_n, unlikely=False)
+    assert not gate.has_jumped()
+
+
+@FAR
+def test_a_clock_that_is_set_back_holds_no_force_back(from_n: float, to_n: float) -> None:
+    """Nobody knows how long air has had."""
+    gate = ForceGate()
+    assert gate.passes(5000.0, from_n, True)
+    assert gate.passes(10.0, to_n, True)
     assert not gate.has_jumped()
 
 
