@@ -271,6 +271,7 @@ def test_what_no_signal_has_told_is_not_known() -> None:
     nothing = {(Quantity.SPEED, 0), (Quantity.SANDING, 0)}
     nothing |= {(q, i) for q in (Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WSP_ACTIVE) for i in (0, 1)}
     assert estimator.estimate(0.0).unknown == nothing
+    assert not estimator.estimate(0.0).sanding
     silent = {(Quantity.PRESSING_FORCE, 0), (Quantity.AXLE_SPEED, 1), (Quantity.WSP_ACTIVE, 1)}
     for sample in Run(end_s=1.0).samples():
         if (sample.quantity, sample.wheelset) not in silent:
