@@ -147,7 +147,7 @@ def test_together_they_leave_what_they_leave_one_by_one(
             if random.random() < 0.1:
                 assert state(together) == state(singly)
             first = end
-        assert state(together) == state(singly)
+    assert state(together) == state(singly)
     assert sum(passed) > 0.5 * samples_count
 
 

@@ -104,3 +104,18 @@ def test_its_signal_is_contradicted_then() -> None:
     assert told(20.0, RELEASED, good) is good
     assert told(30.0, ONE_SAYS_0, good) is InputCondition.CONTRADICTED
     assert told(40.0, RELEASED, good) is good
+
+
+def test_it_has_not_died_where_another_signal_of_its_wheelset_is_impossible() -> None:
+    """What a wheel speed says shows nothing of the brake's sensor."""
+    settings = example_settings("bogie")
+    channels = SignalDecoder.from_settings(settings).channels
+    judge = InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n))
+    conditions = dict.fromkeys([channel.measurand for channel in channels], InputCondition.GOOD)
+    moments = ((10.0, SOUND, True), (10.0 + DIED_S, SOUND, True), (20.0, RELEASED, False), (30.0, ONE_SAYS_0, False))
+    for k, (time_s, forces_n, is_impossible) in enumerate(moments):
+        conditions[Quantity.AXLE_SPEED, 0] = InputCondition.IMPOSSIBLE if is_impossible else InputCondition.GOOD
+        wheelsets = tuple(wheelset(pressing_force_n=force_n, slip=0.0) for force_n in forces_n)
+        now = estimate(time_s=time_s, saturated=False, wheelsets=wheelsets)
+        reports, _ = judge.judge(now, conditions.__getitem__, changes=k)
+    assert {report.condition for report in reports} == {InputCondition.GOOD}

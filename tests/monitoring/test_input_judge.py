@@ -1,0 +1,168 @@
+"""What is thought of each signal in view of all the others, by hand-made readings and estimates."""
+
+from collections.abc import Mapping, Sequence
+
+import pytest
+from msgspec.structs import replace
+
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.doubts.consistency import Doubt
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.inputs.input_judge import InputJudge
+from brake_monitor.monitoring.inputs.scatter_watch import TOLD_S
+from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.samples import Channel, InputCondition, Measurand, Quality, Quantity, Sample
+from brake_monitor.settings.config import Settings
+from brake_monitor.settings.example_vehicles import example_settings
+from estimates import estimate, wheelset
+
+GOOD, LOST, REPEATED = InputCondition.GOOD, InputCondition.LOST, InputCondition.REPEATED
+OUT_OF_RANGE, SCATTERED = InputCondition.OUT_OF_RANGE, InputCondition.SCATTERED
+SPEED: Measurand = (Quantity.SPEED, 0)
+WHEELS: list[Measurand] = [(Quantity.AXLE_SPEED, i) for i in range(4)]
+FORCES: list[Measurand] = [(Quantity.PRESSING_FORCE, i) for i in range(4)]
+FLAG: Measurand = (Quantity.WSP_ACTIVE, 0)
+SPEED_MPS, FULL_N = 20.0, 40e3
+
+
+class Wagon:
+    """Its signals, and who judges them; each is good by itself unless `thought` says something else."""
+
+    def __init__(self) -> None:
+        self.settings: Settings = example_settings("bogie")
+        self.channels: tuple[Channel, ...] = SignalDecoder.from_settings(self.settings).channels
+        self.judge = InputJudge(self.settings, self.channels, SpeedRatios(self.settings.estimator.contact_force_n))
+        self.thought: dict[Measurand, InputCondition] = {}
+        self.wheels: tuple[WheelState, ...] = ()
+
+    def see(self, time_s: float, readings: Mapping[Measurand, float], quality: Quality = Quality.GOOD) -> None:
+        for (quantity, i), value in readings.items():
+            self.judge.see(Sample(time_s, quantity, i, value, quality))
+
+    def roll(self, time_s: float, forces_n: Sequence[float] = (0.0,) * 4) -> None:
+        """Read all speeds and forces of a wagon whose wheelsets roll."""
+        radii_m = self.settings.vehicle.wheel_radius_m
+        rolling = {place: SPEED_MPS / radius_m for place, radius_m in zip(WHEELS, radii_m, strict=True)}
+        self.see(time_s, {SPEED: SPEED_MPS} | rolling | dict(zip(FORCES, forces_n, strict=True)))
+
+    def judged(self, time_s: float, changes: int = 1, **more: object) -> dict[Measurand, InputCondition]:
+        """What is thought of each, of a wagon whose wheelsets roll unless it is told otherwise."""
+        rolls = wheelset(slip=0.0, pressing_force_n=0.0)
+        values = {"time_s": time_s, "speed_mps": SPEED_MPS, "saturated": False, "wheelsets": (rolls,) * 4}
+        now: Estimate = estimate(**(values | more))
+        reports, self.wheels = self.judge.judge(now, lambda place: self.thought.get(place, GOOD), changes)
+        return {report.measurand: report.condition for report in reports}
+
+
+def test_a_sound_wagon_is_thought_well_of() -> None:
+    wagon = Wagon()
+    for k in range(300):
+        wagon.roll(0.1 * k)
+        assert set(wagon.judged(0.1 * k).values()) == {GOOD}
+        assert wagon.wheels == (WheelState.ROLLING,) * 4
+        assert not wagon.judge.misled_by
+
+
+def test_why_nothing_good_arrives_is_told_while_something_arrives() -> None:
+    """Of what does not come at all nothing more is known than that; nor did the estimator learn of a change."""
+    wagon = Wagon()
+    wagon.roll(0.0)
+    wagon.see(0.1, {WHEELS[0]: 300.0}, Quality.OUT_OF_RANGE)
+    wagon.thought[WHEELS[0]] = LOST
+    longest_s = max(channel.timeout_s + channel.delay_s for channel in wagon.channels)
+    assert wagon.judged(0.11, changes=2)[WHEELS[0]] is OUT_OF_RANGE
+    assert wagon.judged(0.11, changes=2)[WHEELS[1]] is GOOD
+    assert wagon.judged(0.1 + 2.0 * longest_s, changes=2)[WHEELS[0]] is LOST
+
+
+@pytest.mark.parametrize("place", [SPEED, *WHEELS, *FORCES])
+def test_a_reading_that_is_not_good_says_nothing_of_wheels_and_brakes(place: Measurand) -> None:
+    """It is as if it had not come: a wheel speed that is out of its range is none of a wheelset that stands."""
+    wagon = Wagon()
+    for k in range(100):
+        wagon.roll(0.1 * k)
+        wagon.see(0.1 * k + 0.01, {place: 90e3 if place in FORCES else 0.0}, Quality.BAD_COUNTER)
+        assert set(wagon.judged(0.1 * k + 0.02).values()) == {GOOD}
+    assert wagon.wheels == (WheelState.ROLLING,) * 4
+
+
+def test_speeds_that_are_told_again_say_so_unless_there_is_something_to_say_of_one_alone() -> None:
+    wagon = Wagon()
+    wagon.thought[WHEELS[1]] = LOST
+    found = wagon.judged(1.0, reasons=(Doubt.REPEATED,))
+    speeds = dict.fromkeys([SPEED, *WHEELS], REPEATED) | wagon.thought
+    assert {place: condition for place, condition in found.items() if condition is not GOOD} == speeds
+    assert wagon.judged(2.0)[SPEED] is GOOD
+
+
+@pytest.mark.parametrize("which", [SPEED, *WHEELS])
+def test_a_speed_that_scatters_says_nothing_of_its_wheelset_and_the_others_go_on(which: Measurand) -> None:
+    wagon = Wagon()
+    for k in range(round(10.0 * TOLD_S) + 5):
+        wagon.roll(0.1 * k)
+        seen = tuple(wheelset(slip=0.0, pressing_force_n=0.0, speed_scatters=which == place) for place in WHEELS)
+        doubts = () if which == SPEED else (Doubt.SCATTERED,)
+        found = wagon.judged(0.1 * k, wheelsets=seen, reasons=doubts, speed_scatters=which == SPEED)
+    assert found.pop(which) is SCATTERED
+    assert set(found.values()) == {GOOD}
+    contradicted, rolls = WheelState.CONTRADICTED, WheelState.ROLLING
+    assert wagon.wheels == tuple(contradicted if which == place else rolls for place in WHEELS)
+
+
+def driven_n(time_s: float) -> float:
+    """Brakes come on from 5 to 8 s and are released from 20 to 23 s; between they dither by a newton."""
+    filled = min(max((time_s - 5.0) / 3.0, 0.0), 1.0) - min(max((time_s - 20.0) / 3.0, 0.0), 1.0)
+    return FULL_N * filled + (round(10.0 * time_s) % 2) * (filled > 0.0)
+
+
+def thought_of_a_frozen_force(*, slides: str = "", silent: Sequence[Measurand] = ()) -> set[InputCondition]:
+    """From the release on; its sensor froze at 12 s. `slides`: which sign of a slide there is meanwhile."""
+    wagon, found = Wagon(), set()
+    wagon.thought |= dict.fromkeys(silent, LOST)
+    for k in range(400):
+        time_s, is_released = 0.1 * k, k > 190
+        forces_n = (driven_n(min(time_s, 12.0)), *[driven_n(time_s)] * 3)
+        wagon.roll(time_s, forces_n)
+        own = [wheelset(slip=0.0, pressing_force_n=force_n) for force_n in forces_n]
+        if slides == "a wheelset" and is_released:
+            omega_radps = 0.9 * SPEED_MPS / wagon.settings.vehicle.wheel_radius_m[1]
+            wagon.see(time_s, {WHEELS[1]: omega_radps})
+            own[1] = replace(own[1], slip=0.1)
+        if slides == "a flag" and is_released:
+            own[1] = replace(own[1], wsp_active=True, is_protected=True)
+        saturated = slides == "an estimate" and is_released
+        told = wagon.judged(time_s, wheelsets=tuple(own), saturated=saturated)
+        found |= {told[FORCES[0]]} if is_released else set()
+    return found
+
+
+def test_a_force_that_stays_while_all_others_are_released_is_frozen() -> None:
+    assert thought_of_a_frozen_force() == {GOOD, InputCondition.FROZEN}
+
+
+@pytest.mark.parametrize("slides", ["a wheelset", "a flag", "an estimate"])
+def test_not_so_while_a_wheelset_slides(slides: str) -> None:
+    """Slide protection empties brakes one by one."""
+    assert InputCondition.FROZEN not in thought_of_a_frozen_force(slides=slides)
+
+
+def test_nor_by_forces_that_are_not_told() -> None:
+    assert InputCondition.FROZEN not in thought_of_a_frozen_force(silent=FORCES[1:])
+
+
+@pytest.mark.parametrize(
+    ("silent", "is_told"),
+    [(None, True), (FORCES[0], False), (WHEELS[0], False), (SPEED, False)],
+    ids=["all told", "force", "wheel speed", "speed"],
+)
+def test_a_flag_is_stuck_over_a_wheelset_of_which_all_is_known(silent: Measurand | None, is_told: bool) -> None:
+    """Without its force nobody knows whether a brake presses, without its speed whether it slides."""
+    wagon = Wagon()
+    if silent is not None:
+        wagon.thought[silent] = LOST
+    for k in range(300):
+        wagon.roll(0.1 * k)
+        wagon.see(0.1 * k, {FLAG: 1.0})
+        found = wagon.judged(0.1 * k)
+    assert found[FLAG] is (InputCondition.CONTRADICTED if is_told else GOOD)
