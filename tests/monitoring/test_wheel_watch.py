@@ -310,3 +310,74 @@ def test_a_vehicle_speed_that_is_wrong_again_is_believed_as_late_as_the_first_ti
             watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=(own, own)), [True, True])
             doubted_s[5.0 if time_s < 20.0 else 25.0] += 0.1 * watch.speed_is_contradicted
     assert doubted_s[25.0] == pytest.approx(doubted_s[5.0]) == pytest.approx(3.1)
+
+
+def speed_is_contradicted(
+    name: str, rolling_mps: Sequence[float], told_mps: Sequence[float], pressing_n: float
+) -> bool:
+    """Whether it is within 6 s, of a wagon whose wheelsets turn so; its speed goes from one to the other value."""
+    wagon, contradicted = vehicle(name), False
+    watch, (from_mps, to_mps) = WheelWatch(wagon, CONTACT_N), told_mps
+    omegas_radps = [own_mps / radius_m for own_mps, radius_m in zip(rolling_mps, wagon.wheel_radius_m, strict=True)]
+    for k in range(600):
+        speed_mps = from_mps + (to_mps - from_mps) * k / 600
+        show_all(watch, k / 100, speed_mps, omegas_radps, pressing_n=pressing_n)
+        if k % 10 == 0:
+            own = tuple(
+                wheelset(slip=1.0 - own_mps / max(speed_mps, 0.1), omega_radps=omega, pressing_force_n=pressing_n)
+                for own_mps, omega in zip(rolling_mps, omegas_radps, strict=True)
+            )
+            now = estimate(time_s=k / 100, speed_mps=speed_mps, saturated=False, wheelsets=own)
+            states = set(watch.judge(now, [True] * len(own)))
+            contradicted |= watch.speed_is_contradicted
+            assert not (watch.speed_is_contradicted and states != {WheelState.UNKNOWN})
+    return contradicted
+
+
+@pytest.mark.parametrize(
+    ("told_mps", "pressing_n", "is_contradicted"),
+    [
+        ((20.0, 20.0), 0.0, True),
+        ((20.0, 20.0), 40e3, True),
+        ((20.0, 17.0), 0.0, True),
+        ((20.0, 17.0), 40e3, False),
+        ((0.0, 2.5), 0.0, False),
+        ((0.0, 6.0), 0.0, True),
+    ],
+    ids=["", "braked", "slowing", "slowing as braked", "from rest, slowly", "from rest"],
+)
+def test_where_no_wheelset_turns_it_is_the_vehicles_speed_that_is_wrong_unless_brakes_hold_them_all(
+    told_mps: tuple[float, float], pressing_n: float, is_contradicted: bool
+) -> None:
+    """None was seen to be stopped. Locked wheelsets retard the wagon; of one that departs sensors tell late."""
+    assert speed_is_contradicted("wagon", (0.0, 0.0), told_mps, pressing_n) is is_contradicted
+
+
+def test_a_vehicle_speed_that_was_wrong_from_the_beginning_stands_alone_against_several_wheelsets_alike() -> None:
+    """They have not been seen to roll with it. A single one may be wrong itself, and so may one of two that differ."""
+    assert speed_is_contradicted("wagon", (20.0, 20.1), (30.0, 30.0), 0.0)
+    assert not speed_is_contradicted("rig", (20.0,), (30.0, 30.0), 0.0)
+    assert not speed_is_contradicted("wagon", (12.0, 20.0), (30.0, 30.0), 0.0)
+    assert not speed_is_contradicted("wagon", (20.0, 30.0), (30.0, 30.0), 0.0)
+
+
+@pytest.mark.parametrize("acts", [True, False])
+def test_a_wheelset_that_its_slide_protection_keeps_vented_slides_however_long_that_takes(acts: bool) -> None:
+    """On a rail that gives hardly anything no pad presses for seconds; without any protection none slides so long."""
+    wagon, states = vehicle("wagon"), set[WheelState]()
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(2000):
+        time_s = k / 100
+        force_n = 20e3 if MOTOR_FROM_S < time_s < 6.0 else 0.0
+        slip = 0.3 * min(max(time_s - SLIDES_FROM_S, 0.0), 1.0)
+        omegas_radps = [20.0 * (1.0 - own) / radius_m for own in (slip, 0.0)]
+        show_all(watch, time_s, 20.0, omegas_radps, pressing_n=force_n)
+        if k % 10 == 0:
+            is_vented = acts and time_s > SLIDES_FROM_S
+            own = tuple(
+                wheelset(slip=one, omega_radps=omega, pressing_force_n=force_n, wsp_active=is_vented and one > 0.0)
+                for one, omega in zip((slip, 0.0), omegas_radps, strict=True)
+            )
+            state, _ = watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=own), [True, True])
+            states = {state}
+    assert states == {WheelState.SLIDING if acts else WheelState.CONTRADICTED}
