@@ -166,3 +166,35 @@ def test_a_flag_is_stuck_over_a_wheelset_of_which_all_is_known(silent: Measurand
         wagon.see(0.1 * k, {FLAG: 1.0})
         found = wagon.judged(0.1 * k)
     assert found[FLAG] is (InputCondition.CONTRADICTED if is_told else GOOD)
+
+
+CREEP_PER_N, RETARDED_MPS2 = 2.5e-8, 0.8
+
+
+@pytest.mark.parametrize(
+    ("silent", "is_dead", "is_told"),
+    [(None, False, True), (WHEELS[3], False, False), (SPEED, False, False), (None, True, False)],
+    ids=["all told", "a wheel speed is lost", "the speed is lost", "a wheel speed is dead"],
+)
+def test_a_force_is_contradicted_by_creep_where_all_speeds_are_good(
+    silent: Measurand | None, is_dead: bool, is_told: bool
+) -> None:
+    """The first brake works while its sensor says 0: its wheelset creeps as the others do."""
+    wagon, found = Wagon(), set()
+    radii_m, speed_mps = wagon.settings.vehicle.wheel_radius_m, 25.0
+    if silent is not None:
+        wagon.thought[silent] = LOST
+    for k in range(200):
+        time_s, braked_n = 0.1 * k, FULL_N if k >= 100 else 0.0
+        speed_mps -= 0.1 * RETARDED_MPS2 * (braked_n > 0.0)
+        slip = CREEP_PER_N * braked_n
+        omegas_radps = [speed_mps * (1.0 - slip) / radius_m for radius_m in radii_m]
+        said_radps = [*omegas_radps[:3], 0.0 if is_dead and k >= 50 else omegas_radps[3]]
+        said_n = (0.0, braked_n, braked_n, braked_n)
+        wagon.see(time_s, {SPEED: speed_mps} | dict(zip([*WHEELS, *FORCES], [*said_radps, *said_n], strict=True)))
+        own = [
+            wheelset(slip=slip, omega_radps=omega_radps, pressing_force_n=force_n)
+            for omega_radps, force_n in zip(omegas_radps, said_n, strict=True)
+        ]
+        found |= {wagon.judged(time_s, speed_mps=speed_mps, wheelsets=tuple(own))[FORCES[0]]}
+    assert found == ({GOOD, InputCondition.CONTRADICTED} if is_told else {GOOD})
