@@ -382,6 +382,18 @@ def test_a_dynamic_brake_that_is_lost_while_it_acts_leaves_friction_unknown() ->
     assert len(dishonest) <= 10  # a second
 
 
+@pytest.mark.parametrize(("torque_nm", "force_n"), [(20.0, 0.0), (TORQUE_NM, None)], ids=["idle", "acts"])
+def test_of_a_motor_that_is_lost_nobody_knows_what_it_does_unless_it_never_did_anything(
+    torque_nm: float, force_n: float | None
+) -> None:
+    """A few newton metres are what its torque is told by in error."""
+    run = HelpedRun(torque_nm=torque_nm, end_s=8.0)
+    last = while_told(run, Quantity.WHEEL_TORQUE, lambda t: t < 3.0)
+    told, lost = between(last, 2.9, 3.0), between(last, 3.1, 8.0)
+    assert told[-1].wheelsets[0].motor_force_n == pytest.approx(torque_nm / RADIUS_M, rel=1e-3)
+    assert {wheelset.motor_force_n for e in lost for wheelset in e.wheelsets} == {force_n}
+
+
 def test_bad_samples_are_not_fused() -> None:
     estimator = Estimator(vehicle(2), EstimatorSettings(), channels(2))
     for quality in (Quality.OUT_OF_RANGE, Quality.NOT_AVAILABLE, Quality.BAD_COUNTER, Quality.STALE):
@@ -502,8 +514,31 @@ def test_time_may_jump(jump_s: float) -> None:
     assert np.sqrt(np.mean(np.square(error))) < 0.003
     assert after[-1].reset_count == 1
     assert {e.status for e in after} == {Status.VALID}
+    assert {w.friction_status for e in after for w in e.wheelsets} == {Status.VALID}
     settling = between(found, 10.0 + jump_s, 12.9 + jump_s)
     assert {e.status for e in settling} == {Status.CONVERGING}
+
+
+@pytest.mark.parametrize("jump_s", [-3600.0, 3600.0])
+def test_what_motors_do_acts_from_then_on_where_time_jumps(jump_s: float) -> None:
+    """Not for the time that has not passed: at once the rail takes up what motors and pads ask for."""
+    run = HelpedRun(torque_nm=TORQUE_NM)
+    estimator = Estimator(
+        vehicle(2), EstimatorSettings(), [*channels(2), *(mapped(Quantity.WHEEL_TORQUE, i) for i in (0, 1))]
+    )
+    errors, frictions = [], []
+    for sample in run.samples():
+        time_s = sample.time_s + (jump_s if sample.time_s >= 10.0 else 0.0)
+        if sample.quantity is Quantity.SPEED:
+            for i in range(run.n):
+                estimator.take(Sample(time_s, Quantity.WHEEL_TORQUE, i, -run.torque_nm, Quality.GOOD))
+        estimator.take(sample._replace(time_s=time_s))
+        if sample.quantity is Quantity.SPEED and 10.1 < sample.time_s < 19.0:
+            told = estimator.estimate(time_s)
+            errors.append(told.adhesion - run.adhesion_at(sample.time_s))
+            frictions += [wheelset.friction for wheelset in told.wheelsets]
+    assert np.abs(errors).max() < 0.02
+    assert frictions == pytest.approx([run.friction] * len(frictions), abs=0.03)
 
 
 def test_duplicate_and_slightly_late_samples_do_no_harm() -> None:
