@@ -36,11 +36,11 @@ def remarks(vehicle: str, stamps: Stamps, kept: float = 1.0) -> list[str]:
     return said_of([f._replace(time_s=t) for f, t, a in zip(frames, times_s, arrives, strict=True) if a], settings)
 
 
-def said_of(frames: Sequence[Frame], settings: Settings) -> list[str]:
+def said_of(frames: Sequence[Frame], settings: Settings, of: str = "in batches") -> list[str]:
     decoder = SignalDecoder.from_settings(settings)
     traffic, block = Traffic(decoder.channels), FrameBlock.of(frames)
     traffic.see_block(block, decoder.decode_block(block))
-    return [said for said in remarks_on_mapping(traffic, decoder, settings) if "in batches" in said]
+    return [said for said in remarks_on_mapping(traffic, decoder, settings) if of in said]
 
 
 def as_captured(times_s: Floats) -> Floats:
@@ -79,6 +79,16 @@ def test_batches_are_remarked_with_their_length(vehicle: str, every_ms: int, apa
 )
 def test_what_is_in_order_is_not(vehicle: str, stamps: Stamps, kept: float) -> None:
     assert remarks(vehicle, stamps, kept) == []
+
+
+@pytest.mark.parametrize(("every_s", "of_batches"), [(0.03, True), (0.1, False)])
+def test_of_batches_that_are_too_long_for_forces_their_own_remark_tells_alone(every_s: float, of_batches: bool) -> None:
+    """Values come in bunches then, and too seldom."""
+    settings, frames = example_settings("wagon"), drive("wagon")
+    times_s = in_batches(every_s)(np.array([frame.time_s for frame in frames])).tolist()
+    late = [frame._replace(time_s=time_s) for frame, time_s in zip(frames, times_s, strict=True)]
+    assert bool(said_of(late, settings)) is of_batches
+    assert bool(said_of(late, settings, "in bunches")) is not of_batches
 
 
 def wheels_and_pressures(gap_s: Callable[[int], float]) -> list[Frame]:
