@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from brake_monitor.estimation.doubts.force_timing import ForceTiming
+from brake_monitor.estimation.doubts.force_timing import LAGS, ForceTiming
 
 Floats = NDArray[np.float64]
 INERTIA_KGM2, WHEEL_RADIUS_M, BRAKE_RADIUS_M = 120.0, 0.46, 0.25
@@ -211,6 +211,18 @@ def test_a_clock_that_is_set_back_or_a_gap_begins_anew() -> None:
         timing.press(1000.0)
         assert not timing.see(time_s, 40.0, 1.0)
     assert timing.readings == 0
+
+
+@pytest.mark.parametrize("pause", [1, 5])
+def test_a_force_that_was_not_told_all_the_time_between_two_wheel_speeds_is_not_compared(pause: int) -> None:
+    """It is told from the slide on, which begins somewhere between them: what it did before is not known."""
+    timing, compared, resumes = ForceTiming(), [0], LAGS + pause + 1
+    for k in range(resumes + LAGS + 1):
+        if not LAGS < k < resumes:
+            timing.press(1000.0)
+        timing.see(0.02 * k, 40.0, 1.0)
+        compared.append(timing.readings)
+    assert np.flatnonzero(np.diff(compared)).tolist() == [LAGS, resumes + LAGS]  # as long after the first one of each
 
 
 @pytest.mark.parametrize("rise_s", [0.2, 0.4, 0.8])
