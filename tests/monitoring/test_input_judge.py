@@ -1,6 +1,7 @@
 """What is thought of each signal in view of all the others, by hand-made readings and estimates."""
 
 from collections.abc import Mapping, Sequence
+from math import inf
 
 import pytest
 from msgspec.structs import replace
@@ -9,6 +10,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.inputs.dead_forces import DIED_S
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.monitoring.inputs.scatter_watch import TOLD_S
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
@@ -180,21 +182,55 @@ def test_a_force_is_contradicted_by_creep_where_all_speeds_are_good(
     silent: Measurand | None, is_dead: bool, is_told: bool
 ) -> None:
     """The first brake works while its sensor says 0: its wheelset creeps as the others do."""
-    wagon, found = Wagon(), set()
-    radii_m, speed_mps = wagon.settings.vehicle.wheel_radius_m, 25.0
+    wagon = Wagon()
     if silent is not None:
         wagon.thought[silent] = LOST
+    stopped_s = 5.0 if is_dead else inf
+    found = thought_of_forces(wagon, (0.0, FULL_N, FULL_N, FULL_N), stopped_s=stopped_s)
+    assert {told[0] for told in found} == ({GOOD, InputCondition.CONTRADICTED} if is_told else {GOOD})
+
+
+@pytest.mark.parametrize("how", ["sound", "lost", "died"])
+def test_what_a_force_that_died_says_counts_for_as_little_as_if_it_was_not_told(how: str) -> None:
+    """The first brake's sensor says 0 as well. By creep both are contradicted, where the other one is a witness."""
+    wagon = Wagon()
+    if how == "lost":
+        wagon.thought[FORCES[1]] = LOST
+    if how == "died":
+        braked = wheelset(slip=0.0, pressing_force_n=FULL_N)
+        wagon.thought[FORCES[1]] = InputCondition.IMPOSSIBLE
+        for time_s in (-20.0, -20.0 + DIED_S):
+            wagon.judged(time_s, changes=0, wheelsets=(braked,) * 4)
+        wagon.thought.clear()
+    first, second, *_ = thought_of_forces(wagon, (0.0, 0.0, FULL_N, FULL_N))[-1]
+    contradicted = InputCondition.CONTRADICTED
+    assert (first, second) == {
+        "sound": (contradicted, contradicted),
+        "lost": (GOOD, LOST),
+        "died": (GOOD, contradicted),
+    }[how]
+
+
+def thought_of_forces(
+    wagon: Wagon, said_n: Sequence[float], *, stopped_s: float = inf
+) -> list[tuple[InputCondition, ...]]:
+    """The wagon rolls for 10 s, then all brakes press alike, of which their sensors say this.
+
+    `stopped_s`: from then on the speed of the last wheelset says 0.
+    """
+    radii_m, speed_mps, found = wagon.settings.vehicle.wheel_radius_m, 25.0, []
     for k in range(200):
-        time_s, braked_n = 0.1 * k, FULL_N if k >= 100 else 0.0
-        speed_mps -= 0.1 * RETARDED_MPS2 * (braked_n > 0.0)
-        slip = CREEP_PER_N * braked_n
+        time_s, brakes = 0.1 * k, k >= 100
+        speed_mps -= 0.1 * RETARDED_MPS2 * brakes
+        slip = CREEP_PER_N * FULL_N * brakes
         omegas_radps = [speed_mps * (1.0 - slip) / radius_m for radius_m in radii_m]
-        said_radps = [*omegas_radps[:3], 0.0 if is_dead and k >= 50 else omegas_radps[3]]
-        said_n = (0.0, braked_n, braked_n, braked_n)
-        wagon.see(time_s, {SPEED: speed_mps} | dict(zip([*WHEELS, *FORCES], [*said_radps, *said_n], strict=True)))
+        said_radps = [*omegas_radps[:3], 0.0 if time_s >= stopped_s else omegas_radps[3]]
+        forces_n = [own_n * brakes for own_n in said_n]
+        wagon.see(time_s, {SPEED: speed_mps} | dict(zip([*WHEELS, *FORCES], [*said_radps, *forces_n], strict=True)))
         own = [
             wheelset(slip=slip, omega_radps=omega_radps, pressing_force_n=force_n)
-            for omega_radps, force_n in zip(omegas_radps, said_n, strict=True)
+            for omega_radps, force_n in zip(omegas_radps, forces_n, strict=True)
         ]
-        found |= {wagon.judged(time_s, speed_mps=speed_mps, wheelsets=tuple(own))[FORCES[0]]}
-    assert found == ({GOOD, InputCondition.CONTRADICTED} if is_told else {GOOD})
+        told = wagon.judged(time_s, speed_mps=speed_mps, wheelsets=tuple(own))
+        found.append(tuple(told[place] for place in FORCES))
+    return found
