@@ -8,7 +8,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.dead_forces import DIED_S, DeadForces
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
-from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.samples import InputCondition, Measurand, Quantity
 from brake_monitor.settings.example_vehicles import example_settings
 from estimates import estimate, wheelset
 
@@ -106,15 +106,19 @@ def test_its_signal_is_contradicted_then() -> None:
     assert told(40.0, RELEASED, good) is good
 
 
-def test_it_has_not_died_where_another_signal_of_its_wheelset_is_impossible() -> None:
-    """What a wheel speed says shows nothing of the brake's sensor."""
+@pytest.mark.parametrize(
+    ("place", "condition"),
+    [((Quantity.AXLE_SPEED, 0), InputCondition.IMPOSSIBLE), ((Quantity.PRESSING_FORCE, 0), InputCondition.LOST)],
+    ids=["its wheel speed is impossible", "it is lost"],
+)
+def test_it_has_not_died_where_it_did_not_say_what_is_impossible(place: Measurand, condition: InputCondition) -> None:
     settings = example_settings("bogie")
     channels = SignalDecoder.from_settings(settings).channels
     judge = InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n))
     conditions = dict.fromkeys([channel.measurand for channel in channels], InputCondition.GOOD)
     moments = ((10.0, SOUND, True), (10.0 + DIED_S, SOUND, True), (20.0, RELEASED, False), (30.0, ONE_SAYS_0, False))
-    for k, (time_s, forces_n, is_impossible) in enumerate(moments):
-        conditions[Quantity.AXLE_SPEED, 0] = InputCondition.IMPOSSIBLE if is_impossible else InputCondition.GOOD
+    for k, (time_s, forces_n, is_bad) in enumerate(moments):
+        conditions[place] = condition if is_bad else InputCondition.GOOD
         wheelsets = tuple(wheelset(pressing_force_n=force_n, slip=0.0) for force_n in forces_n)
         now = estimate(time_s=time_s, saturated=False, wheelsets=wheelsets)
         reports, _ = judge.judge(now, conditions.__getitem__, changes=k)

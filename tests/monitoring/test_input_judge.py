@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from math import inf
+from types import MappingProxyType
 
 import pytest
 from msgspec.structs import replace
@@ -26,6 +27,7 @@ WHEELS: list[Measurand] = [(Quantity.AXLE_SPEED, i) for i in range(4)]
 FORCES: list[Measurand] = [(Quantity.PRESSING_FORCE, i) for i in range(4)]
 FLAG: Measurand = (Quantity.WSP_ACTIVE, 0)
 SPEED_MPS, FULL_N = 20.0, 40e3
+NOTHING = MappingProxyType[Measurand, float]({})
 
 
 class Wagon:
@@ -42,11 +44,11 @@ class Wagon:
         for (quantity, i), value in readings.items():
             self.judge.see(Sample(time_s, quantity, i, value, quality))
 
-    def roll(self, time_s: float, forces_n: Sequence[float] = (0.0,) * 4) -> None:
-        """Read all speeds and forces of a wagon whose wheelsets roll."""
+    def roll(self, time_s: float, but: Mapping[Measurand, float] = NOTHING) -> None:
+        """Read all speeds and forces of a wagon whose wheelsets roll and whose brakes are released, but for these."""
         radii_m = self.settings.vehicle.wheel_radius_m
         rolling = {place: SPEED_MPS / radius_m for place, radius_m in zip(WHEELS, radii_m, strict=True)}
-        self.see(time_s, {SPEED: SPEED_MPS} | rolling | dict(zip(FORCES, forces_n, strict=True)))
+        self.see(time_s, {SPEED: SPEED_MPS} | rolling | dict.fromkeys(FORCES, 0.0) | dict(but))
 
     def judged(self, time_s: float, changes: int = 1, **more: object) -> dict[Measurand, InputCondition]:
         """What is thought of each, of a wagon whose wheelsets roll unless it is told otherwise."""
@@ -112,6 +114,18 @@ def test_a_speed_that_scatters_says_nothing_of_its_wheelset_and_the_others_go_on
     assert wagon.wheels == tuple(contradicted if which == place else rolls for place in WHEELS)
 
 
+def test_a_vehicle_speed_that_leaves_its_wheelsets_is_contradicted_and_nothing_else_is() -> None:
+    """It jumps by half, and they go on as before."""
+    wagon = Wagon()
+    for k in range(100):
+        is_wrong = k >= 50
+        wagon.roll(0.1 * k, {SPEED: 1.5 * SPEED_MPS} if is_wrong else NOTHING)
+        found = wagon.judged(0.1 * k)
+        assert is_wrong or set(found.values()) == {GOOD}
+    assert found.pop(SPEED) is InputCondition.CONTRADICTED
+    assert set(found.values()) == {GOOD}
+
+
 def driven_n(time_s: float) -> float:
     """Brakes come on from 5 to 8 s and are released from 20 to 23 s; between they dither by a newton."""
     filled = min(max((time_s - 5.0) / 3.0, 0.0), 1.0) - min(max((time_s - 20.0) / 3.0, 0.0), 1.0)
@@ -125,14 +139,15 @@ def thought_of_a_frozen_force(*, slides: str = "", silent: Sequence[Measurand] =
     for k in range(400):
         time_s, is_released = 0.1 * k, k > 190
         forces_n = (driven_n(min(time_s, 12.0)), *[driven_n(time_s)] * 3)
-        wagon.roll(time_s, forces_n)
+        readings = dict(zip(FORCES, forces_n, strict=True))
         own = [wheelset(slip=0.0, pressing_force_n=force_n) for force_n in forces_n]
         if slides == "a wheelset" and is_released:
             omega_radps = 0.9 * SPEED_MPS / wagon.settings.vehicle.wheel_radius_m[1]
-            wagon.see(time_s, {WHEELS[1]: omega_radps})
+            readings[WHEELS[1]] = omega_radps
             own[1] = replace(own[1], slip=0.1)
         if slides == "a flag" and is_released:
             own[1] = replace(own[1], wsp_active=True, is_protected=True)
+        wagon.roll(time_s, readings)
         saturated = slides == "an estimate" and is_released
         told = wagon.judged(time_s, wheelsets=tuple(own), saturated=saturated)
         found |= {told[FORCES[0]]} if is_released else set()
@@ -158,14 +173,16 @@ def test_nor_by_forces_that_are_not_told() -> None:
     [(None, True), (FORCES[0], False), (WHEELS[0], False), (SPEED, False)],
     ids=["all told", "force", "wheel speed", "speed"],
 )
-def test_a_flag_is_stuck_over_a_wheelset_of_which_all_is_known(silent: Measurand | None, is_told: bool) -> None:
+@pytest.mark.parametrize("other_is_dead", [False, True], ids=["", "another wheel speed says 0"])
+def test_a_flag_is_stuck_over_a_wheelset_of_which_all_is_known(
+    silent: Measurand | None, is_told: bool, other_is_dead: bool
+) -> None:
     """Without its force nobody knows whether a brake presses, without its speed whether it slides."""
     wagon = Wagon()
     if silent is not None:
         wagon.thought[silent] = LOST
     for k in range(300):
-        wagon.roll(0.1 * k)
-        wagon.see(0.1 * k, {FLAG: 1.0})
+        wagon.roll(0.1 * k, {FLAG: 1.0} | ({WHEELS[3]: 0.0} if other_is_dead and k >= 20 else {}))
         found = wagon.judged(0.1 * k)
     assert found[FLAG] is (InputCondition.CONTRADICTED if is_told else GOOD)
 
