@@ -381,3 +381,18 @@ def test_a_wheelset_that_its_slide_protection_keeps_vented_slides_however_long_t
             state, _ = watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=own), [True, True])
             states = {state}
     assert states == {WheelState.SLIDING if acts else WheelState.CONTRADICTED}
+
+
+@pytest.mark.parametrize("set_back_s", [0.0, 60.0])
+def test_what_is_remembered_does_not_grow_with_time(set_back_s: float) -> None:
+    """Nor is anything remembered that is still to come, as a clock that was set back says."""
+    wagon, remembered = vehicle("wagon"), list[int]()
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(2000):
+        time_s = k / 10 - (set_back_s if k >= 1000 else 0.0)
+        show_all(watch, time_s, 20.0, (20.0 / radius_m, 20.0 / radius_m), pressing_n=0.0)
+        own = wheelset(slip=0.0, omega_radps=20.0 / radius_m, pressing_force_n=0.0)
+        watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=(own, own)), [True, True])
+        remembered.append(len(watch._past))
+        assert all(past.time_s <= time_s for past in watch._past)
+    assert max(remembered) == max(remembered[:200])
