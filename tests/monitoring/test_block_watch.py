@@ -1,6 +1,7 @@
 """Samples shown together leave what they leave one by one, to the bit, whatever wheels, brakes and clocks do."""
 
 from functools import cache
+from math import inf
 from random import Random
 
 import numpy as np
@@ -27,8 +28,9 @@ def wagon() -> tuple[Settings, tuple[Channel, ...]]:
 
 
 def speed_mps(time_s: float) -> float:
-    """A wagon that stands, starts, brakes to a halt and stands again."""
-    return max(0.0, min(3.0 * (time_s - 3.0), 20.0, 2.0 * (LENGTH_S - 4.0 - time_s)))
+    """A wagon that stands, starts, brakes to a halt, stands again, and moves on for a second."""
+    moves_on = 2.0 * min(time_s - LENGTH_S + 1.7, LENGTH_S - 0.3 - time_s)
+    return max(0.0, min(3.0 * (time_s - 3.0), 20.0, 2.0 * (LENGTH_S - 4.0 - time_s)), moves_on)
 
 
 def turning(time_s: float, i: int) -> float:
@@ -57,7 +59,9 @@ def value_of(channel: Channel, time_s: float, random: Random) -> float:
     return 0.0
 
 
-def block(begin: int, end: int, shift_s: float, bad: float, random: Random) -> SampleBlock:
+def block(
+    begin: int, end: int, set_back_at_s: float, bad: float, random: Random, *, heading: float = 1.0
+) -> SampleBlock:
     """The samples of some steps, a few of them bad; the vehicle's speed is not the first of them."""
     channels = wagon()[1]
     rows = [
@@ -69,7 +73,10 @@ def block(begin: int, end: int, shift_s: float, bad: float, random: Random) -> S
     step, number, value = (np.array(column) for column in zip(*rows, strict=True))
     is_bad = np.array([random.random() < bad for _ in rows])
     quality = np.where(is_bad, Quality.OUT_OF_RANGE, Quality.GOOD).astype(np.int64)
-    return SampleBlock(channels, step - begin, BEGIN_S + shift_s + step * STEP_S, number, value, quality)
+    has_sign = [channel.quantity in {Quantity.SPEED, Quantity.AXLE_SPEED} for channel in channels]
+    value = np.where(np.array(has_sign)[number], heading * value, value)
+    time_s = BEGIN_S + step * STEP_S - SET_BACK_S * (step * STEP_S >= set_back_at_s)
+    return SampleBlock(channels, step - begin, time_s, number, value, quality)
 
 
 def state(judge: InputJudge) -> str:
@@ -109,9 +116,13 @@ def shown_at_once(judge: InputJudge) -> tuple[object, ...]:
     return (dict(vars(watched.speed)), wheels, flags, judge._frozen.all_are_zero, refused)
 
 
-@pytest.mark.parametrize(("bad", "set_back_at_s"), [(0.0, None), (0.001, None), (0.0, 9.5), (0.0, 20.5)])
+@pytest.mark.parametrize(
+    ("bad", "set_back_at_s", "heading"),
+    [(0.0, inf, 1.0), (0.0, inf, -1.0), (0.001, inf, 1.0), (0.0, 9.5, 1.0), (0.0, 11.99, 1.0), (0.0, 20.0, 1.0)],
+    ids=["", "reversing", "some are bad", "clock set back", "at a block's last samples", "between two blocks"],
+)
 def test_together_they_leave_what_they_leave_one_by_one(
-    bad: float, set_back_at_s: float | None, monkeypatch: pytest.MonkeyPatch
+    bad: float, set_back_at_s: float, heading: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     settings, channels = wagon()
     together, singly = (
@@ -127,8 +138,7 @@ def test_together_they_leave_what_they_leave_one_by_one(
     monkeypatch.setattr(BlockWatch, "pass_over", counted)
     random, size, samples_count = Random(1), round(BLOCK_S / STEP_S), 0
     for begin in range(0, round(LENGTH_S / STEP_S), size):
-        shift_s = 0.0 if set_back_at_s is None or begin * STEP_S < set_back_at_s else -SET_BACK_S
-        samples = block(begin, begin + size, shift_s, bad, random)
+        samples = block(begin, begin + size, set_back_at_s, bad, random, heading=heading)
         samples_count += len(samples)
         first = 0
         while first < len(samples):
@@ -191,3 +201,24 @@ def test_a_vehicle_speed_that_jumps_is_seen_in_both(jump_at: int, to_mps: float)
             singly.see(Sample(*sample))
         assert state(together) == state(singly)
     assert singly._wheels.speed.jumped
+
+
+@pytest.mark.parametrize("presses_at", range(20, 30))
+def test_a_brake_that_begins_to_press_is_seen_in_both(presses_at: int) -> None:
+    """The last sample of a released brake may be shown together with the first one that presses, or not."""
+    settings, channels = wagon()
+    together, singly = (
+        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
+    )
+    forces = [k for k, channel in enumerate(channels) if channel.quantity is Quantity.PRESSING_FORCE]
+    place = np.arange(50)
+    step, number = place // len(forces), np.array(forces)[place % len(forces)]
+    value = np.where(place < presses_at, 0.0, 20e3 + step)
+    samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(50, int(Quality.GOOD)))
+    for first in range(0, len(samples), 5):
+        together.see_together(samples, first, first + 5)
+        for sample in samples.at(np.arange(first, first + 5)):
+            singly.see(Sample(*sample))
+        assert shown_at_once(together) == shown_at_once(singly)
+        assert state(together) == state(singly)
+    assert not singly._frozen.all_are_zero
