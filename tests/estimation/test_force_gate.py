@@ -49,9 +49,11 @@ def test_a_single_reading_that_is_wrong_is_never_used(wrong_n: float, unlikely: 
     gate, told = ForceGate(), []
     for k in range(20):
         told += believed(gate, 10.0 + 0.01 * k, wrong_n if k == 10 else 30e3, unlikely=unlikely)
+        assert not gate.was_borne_out()
     assert {force_n for _, force_n in told} == {30e3}
     assert told[-1] == (pytest.approx(10.19), 30e3)
     assert not gate.is_dead
+    assert gate.passes(10.2, 30e3, True)  # nothing is held back any more
 
 
 @pytest.mark.parametrize("opens_every", [1, 2])
