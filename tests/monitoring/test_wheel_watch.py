@@ -358,6 +358,7 @@ def test_a_vehicle_speed_that_was_wrong_from_the_beginning_stands_alone_against_
     assert speed_is_contradicted("wagon", (20.0, 20.1), (30.0, 30.0), 0.0)
     assert not speed_is_contradicted("rig", (20.0,), (30.0, 30.0), 0.0)
     assert not speed_is_contradicted("wagon", (12.0, 20.0), (30.0, 30.0), 0.0)
+    assert not speed_is_contradicted("wagon", (20.0, 12.0), (30.0, 30.0), 0.0)
     assert not speed_is_contradicted("wagon", (20.0, 30.0), (30.0, 30.0), 0.0)
 
 
@@ -381,6 +382,19 @@ def test_a_wheelset_that_its_slide_protection_keeps_vented_slides_however_long_t
             state, _ = watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=own), [True, True])
             states = {state}
     assert states == {WheelState.SLIDING if acts else WheelState.CONTRADICTED}
+
+
+def test_a_unit_that_says_0_of_all_wheelsets_for_a_second_as_it_starts_contradicts_nobody() -> None:
+    wagon, found = vehicle("wagon"), set[WheelState]()
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(500):
+        time_s, omega_radps = 1e9 + k / 100, 0.0 if k < 100 else 20.0 / radius_m
+        show_all(watch, time_s, 20.0, (omega_radps, omega_radps), pressing_n=0.0)
+        if k % 10 == 0:
+            own = wheelset(slip=float(k < 100), omega_radps=omega_radps, pressing_force_n=0.0)
+            found |= set(watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=(own, own)), [True, True]))
+            assert not watch.speed_is_contradicted
+    assert found == {WheelState.DOUBTFUL, WheelState.ROLLING}
 
 
 @pytest.mark.parametrize("set_back_s", [0.0, 60.0])
