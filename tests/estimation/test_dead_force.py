@@ -88,7 +88,7 @@ def test_a_clock_that_is_set_back_does_not_hide_that_a_force_repeats_itself() ->
 
 
 @pytest.mark.parametrize("preset", ["wagon", "train"])
-def test_pressing_forces_that_all_freeze_as_they_are_held_are_doubted(preset: str) -> None:
+def test_pressing_forces_that_all_freeze_as_they_are_held_are_lost_until_they_move(preset: str) -> None:
     """In a train nothing contradicts them as the brake is let go: a coupler may do what they leave unexplained."""
     recording = drive(DRY)
     settings = struct_replace(recording.settings, estimator=struct_replace(recording.settings.estimator, preset=preset))
@@ -98,7 +98,9 @@ def test_pressing_forces_that_all_freeze_as_they_are_held_are_doubted(preset: st
     judged = Judged.of(recording, play(settings, frames))
     judged.assert_honest()
     frozen = judged.during(FROZEN_S + 1.0, MOVES_S)
-    assert frozen.statuses == {Status.CONVERGING}
-    assert all(Doubt.DEAD in estimate.reasons for estimate in frozen.told)
+    assert frozen.statuses == {Status.INVALID}
+    assert {"pressing_force 1 frozen", "pressing_force 2 frozen"} <= frozen.reasons
+    assert not any("frozen" in reason for reason in judged.during(0.0, FROZEN_S).reasons)
+    assert not any("frozen" in reason for reason in judged.during(MOVES_S + 0.5).reasons)
     assert Doubt.DEAD not in judged.during(0.0, FROZEN_S).reasons
     assert Doubt.DEAD not in judged.during(MOVES_S + 4.0).reasons

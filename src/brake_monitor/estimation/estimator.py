@@ -109,7 +109,7 @@ class Estimator:
         if outcome == NOT_ORDINARY:
             return self._take_with_care(sample)
         if outcome == FROZEN:
-            if self._lose(sample.measurand, InputCondition.FROZEN):
+            if self._lose(sample.measurand, InputCondition.FROZEN) and sample.quantity in MEASURED:
                 self._distrust(self.core.readings[self._channel(sample).measures].frozen.since_s)
                 if sample.quantity is Quantity.SPEED:
                     self._take_speed_from_wheelsets()
@@ -162,6 +162,8 @@ class Estimator:
             self._take_known(sample)
             if self._known.is_dead(measurand):
                 self._lose(measurand, InputCondition.IMPOSSIBLE)
+            elif self._known.is_frozen(measurand):
+                self._lose(measurand, InputCondition.FROZEN)
             else:
                 self._gain(measurand)
             return False

@@ -91,6 +91,14 @@ class KnownInputs:
         quantity, wheelset = measurand
         return quantity is Quantity.PRESSING_FORCE and self._core.wheels[wheelset].gate.is_dead
 
+    def is_frozen(self, measurand: Measurand) -> bool:
+        """Whether a pressing force trembled and does no longer; a parked wagon's may sleep."""
+        quantity, wheelset = measurand
+        if quantity is not Quantity.PRESSING_FORCE:
+            return False
+        wheel = self._core.wheels[wheelset]
+        return wheel.checks.dead.is_dead and (wheel.force_lost or not self._core.now.near_standstill)
+
     def follow(self, i: int) -> None:
         """Begin the next step at a force that is told again: mu_w,i, told by the speeds, must not follow the jump."""
         wheel = self._core.wheels[i]

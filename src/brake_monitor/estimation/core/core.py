@@ -69,13 +69,13 @@ class Core(Prediction, Correction):
         return TAKEN
 
     def take_force(self, i: int, time_s: float, pressing_force_n: float) -> int:
-        """Take a pressing force, unless it has changed faster than air can move."""
+        """Take a pressing force, unless it has changed faster than air can move; FROZEN if its sensor is."""
         wheel = self.wheels[i]
         if not wheel.gate.passes(time_s, pressing_force_n, wheel.unsettled == 0.0):
             return NOT_ORDINARY
         self.believe_force(i, time_s, pressing_force_n)
         self.note_force(i, time_s)
-        return TAKEN
+        return FROZEN if wheel.checks.dead.is_dead and not self.now.near_standstill else TAKEN
 
     def believe_force(self, i: int, time_s: float, pressing_force_n: float) -> None:
         """Let a pressing force act from its own time on: the filter need not be predicted to that time before."""
