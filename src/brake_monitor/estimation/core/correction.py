@@ -206,13 +206,14 @@ class Correction(ChangeDoubt):
         Until its reading the rail gave more. On the rising flank of the creep curve that ends as slip does: what is
         left of it is in proportion to slip. To the letter of (20) adhesion is what it was.
         """
-        wheel, place, slip = self.wheels[i], self.adhesion_place + i, max(self.slip(i), 0.0)
-        if wheel.rolls != 0.0 or slip > QUICK_SLIP or self.literal:
+        wheel, place = self.wheels[i], self.adhesion_place + i
+        if wheel.rolls != 0.0 or self.literal:
             return
-        asked = self.adhesion_demand(i)
+        slip, asked = max(self.slip(i), 0.0), self.adhesion_demand(i)
         excess = self.filter.x[place] - asked
         turned_up_radps2 = excess * rail_radps2(wheel, wheel.wheel_load_n, wheel.has_equation)
-        if turned_up_radps2 * self.readings[i].spacing_s > LEAST_TURNED_UP * self.filter.x[i]:
+        turned_up_radps = turned_up_radps2 * self.readings[i].spacing_s
+        if slip <= QUICK_SLIP and turned_up_radps > LEAST_TURNED_UP * self.filter.x[i]:
             left = slip / QUICK_SLIP
             self.filter.scale(place, left, asked)
             self.filter.widen(place, (LEFT_STD * (1.0 - left) * excess) ** 2)
