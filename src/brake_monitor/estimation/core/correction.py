@@ -21,7 +21,7 @@ LEFT_STD = 0.3  # of what is taken from an adhesion as its wheelset is found bac
 LEAST_TURNED_UP = 0.02  # of its speed between two readings: less may still go on
 FASTEST_AMONG_SPIKES_RADPS2 = 80.0  # of a wheel speed that spikes lately: few brakes and rails are quicker
 LARGEST_ADHESION = 0.5  # of a dry rail
-UNBRAKED_RADPS2 = 10.0  # what else may, of one that no brake slows down or that the rail has brought back to rolling
+UNBRAKED_RADPS2 = 10.0  # what else turns a wheelset that no brake slows down, or that the rail has brought to rolling
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 
 # What became of a sample.

@@ -15,8 +15,7 @@ RELEASING = 0.8  # of the largest force lately: while it falls, its timing count
 QUICK_SIGMAS = 4.0  # of v, that are no slip yet: v is looked at hundreds of times in a braking
 QUICK_SLIP = 0.01  # from here on adhesion may change within hundredths of a second
 LOCKED_FRACTION = 0.03  # circumferential over vehicle speed of a wheelset that does not turn
-UNTOLD_ADHESION_DENSITY = 5e-3  # 1/s, of one that is locked, or whose force is lost, while v contradicts the model:
-# more likely by its rail, or by its brake, than by d
+UNTOLD_ADHESION_DENSITY = 5e-3  # 1/s, where one is locked or its force lost, and v contradicts the model: it more than d
 LOCKED_LINE_DENSITY = 1e-5  # (m/s²)²/m, 10 per mille in a kilometre: no change of d contradicts anything then
 UNKNOWN_TORQUE_DENSITY = 40.0  # (rad/s)²/s, for a wheelset whose equation cannot be used
 UPTAKE_SLIPS = (0.015, 0.04, 0.10)  # where C_1, C_2 and C_3 hold; in between by the logarithm of slip
