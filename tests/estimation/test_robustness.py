@@ -199,6 +199,17 @@ def test_what_was_known_before_a_speed_froze_is_known_again_when_it_is_found_out
     assert after.rmse < 0.005
 
 
+@pytest.mark.parametrize("for_s", [0.4, 0.6, 0.9])
+def test_a_vehicle_speed_that_hangs_for_a_moment_teaches_no_friction(for_s: float) -> None:
+    """As the brake comes on: each reading of a speed that falls no more would be friction that is not there."""
+    judged = through(DRY, frozen("vehicle speed", 6.0, 6.0 + for_s), 15.0)
+    judged.assert_honest()
+    assert f"{NAMES['vehicle speed']} frozen" in judged.during(6.0, 7.0).reasons
+    assert Doubt.BIASED not in judged.reasons
+    assert judged.during(7.5).worst_friction() < 0.05
+    assert_normal(judged.during(10.5))
+
+
 def test_a_vehicle_speed_that_freezes_while_coasting_is_found_out_before_the_brake() -> None:
     judged = through(DRY, frozen("vehicle speed", 0.5, 9.0), 17.0)
     judged.assert_honest()
