@@ -52,6 +52,7 @@ def judged(
     motor_n: float = 0.0,
     unmeasured_until_s: float = 0.0,
     frozen: Collection[int] = (),
+    untold_s: tuple[float, float] = (inf, inf),
     omega_noise: float = 1e-5,
     until_s: float = END_S,
     watch: ForceWatch | None = None,
@@ -60,7 +61,8 @@ def judged(
 
     `speed_err`: by so much of it the vehicle's speed is told too high while they press. `motor_n`: with which each
     wheelset's motor brakes as well, at the rail. From the application
-    until `unmeasured_until_s` no speed is measured, and what is estimated is too high.
+    until `unmeasured_until_s` no speed is measured, and what is estimated is too high. Within `untold_s` the force of
+    the first wheelset is not measured: `said` is what it is held at.
     """
     is_in_train = train_mps2 is not None and train_is_told
     watch = watch or watch_of(wagon, "train" if is_in_train else "wagon")
@@ -93,7 +95,8 @@ def judged(
         told_mps = speed_mps * (1.0 + speed_err * (max(works) > 0.0)) + (0.0 if is_measured else UNMEASURED_MPS)
         slides = time_s < slides_until_s
         now = estimate(time_s=time_s, speed_mps=told_mps, saturated=slides, wheelsets=wheelsets, mass_kg=wagon.mass_kg)
-        found.append(watch.judge(now, [True] * len(wheelsets), frozen=frozen, speeds_are_good=is_measured))
+        measured = [not (i == 0 and untold_s[0] <= time_s < untold_s[1]) for i in range(len(wheelsets))]
+        found.append(watch.judge(now, measured, frozen=frozen, speeds_are_good=is_measured))
     return found
 
 
@@ -265,6 +268,16 @@ def test_a_force_that_dies_in_mid_brake_is_contradicted_where_the_wagon_does_not
     assert told_s < RELEASE_S + 3.0
     released = judged(dead, dead, wagon, creeps=False, until_s=24.0)
     assert all(since_s(released, i, CONTRADICTED) is None for i in range(count))
+
+
+@pytest.mark.parametrize("lags_s", [0.0, 0.1], ids=["at once", "one observation later"])
+def test_a_force_that_was_lost_over_the_release_has_not_died_when_it_is_back(lags_s: float) -> None:
+    """It was held meanwhile at what it said last, and says 0 as it should."""
+    held: Forces = lambda t: (FULL_N if BRAKE_S <= t < RELEASE_S + 4.0 + lags_s else 0.0, braked(t))  # noqa: E731
+    real: Forces = lambda t: (braked(t),) * 2  # noqa: E731
+    for untold_s, is_told in (((RELEASE_S - 0.5, RELEASE_S + 4.0), False), ((inf, inf), True)):
+        found = judged(held, real, vehicle(), creeps=False, untold_s=untold_s, until_s=29.0)
+        assert (since_s(found, 0, CONTRADICTED) is not None) is is_told
 
 
 @pytest.mark.parametrize("count", [1, 2])

@@ -45,6 +45,7 @@ class ForceWatch:
         self._is_in_train = estimator.preset == "train"
         self._past: deque[_Moment] = deque()
         self._speeds_were_good = True
+        self._measured: Sequence[bool] = ()  # as of the last observation
         self._slid_s = self._changed_s = -inf
         self._applied_s = self._pressed_s = -inf  # when brakes came on after all had been released, when any pressed
         self._pressing: tuple[bool, ...] = ()
@@ -69,7 +70,9 @@ class ForceWatch:
         if not self._is_in_train:
             rolls_freely = max(forces_n) < self._contact_force_n and not motor_acts and all(known)
             self._retardation.see(now, rolls_freely=rolls_freely)
-        self._note(now, forces_n, None if motor_acts else self._retardation.total_mps2)
+        told = [is_told and was for is_told, was in zip(measured, self._measured or measured, strict=True)]
+        self._measured = measured
+        self._note(now, _Moment(now.time_s, forces_n, told, None if motor_acts else self._retardation.total_mps2))
         self.may_press_unseen = self._may_press_unseen(now.time_s, known)
         if speeds_are_good:
             for i, brake in enumerate(self._brakes):
@@ -77,13 +80,13 @@ class ForceWatch:
                     brake.see_slides(now, i, presses=self._pressing[i])
         if speeds_are_good and now.time_s - self._slid_s >= SETTLED_S and self._may_show():
             believed = [is_known and i not in frozen for i, is_known in enumerate(known)]
-            told = [i for i, is_told in enumerate(measured) if is_told and all(believed[:i] + believed[i + 1 :])]
+            judged = [i for i, is_told in enumerate(measured) if is_told and all(believed[:i] + believed[i + 1 :])]
             creep = self._creep.creep(now)
             if not all(self._pressing):
-                for i in told:
+                for i in judged:
                     self._judge(i, now, creep)
             elif creep is not None and len(self._brakes) > 1 and self._is_steady(now.time_s):
-                for i in told:
+                for i in judged:
                     self._brakes[i].learn(creep[i].value / self._forces_n[i])
         states = tuple([brake.state for brake in self._brakes])
         borne_out = [i for i, state in enumerate(states) if state is ForceState.BORNE_OUT]
@@ -119,16 +122,16 @@ class ForceWatch:
             for i, (presses, brake) in enumerate(zip(self._pressing, self._brakes, strict=True))
         )
 
-    def _note(self, now: Estimate, forces_n: tuple[float, ...], total_mps2: float | None) -> None:
+    def _note(self, now: Estimate, moment: "_Moment") -> None:
         if self._past and self._past[-1].time_s > now.time_s:  # the clock was set back
             self._past.clear()
             self._slid_s = self._changed_s = now.time_s
-        self._past.append(_Moment(now.time_s, forces_n, total_mps2))
+        self._past.append(moment)
         while now.time_s - self._past[0].time_s > COMPARED_S + FELL_S:
             self._past.popleft()
         if now.saturated or now.protection_acts:
             self._slid_s = now.time_s
-        pressing = tuple([force_n >= self._contact_force_n for force_n in forces_n])
+        pressing = tuple([force_n >= self._contact_force_n for force_n in moment.forces_n])
         self._note_application(now.time_s, pressing)
         if pressing == self._pressing:
             return
@@ -209,9 +212,12 @@ class ForceWatch:
         return self._friction * force_n * self._levers[i] / mass_kg
 
     def _died(self, i: int, now: Estimate) -> bool:
-        """Whether the force fell to nothing alone a while ago, and the wagon did not notice."""
+        """Whether the force fell to nothing alone a while ago, and the wagon did not notice.
+
+        One that was not told then was held, whatever its brake did: it has not fallen now.
+        """
         before = self._past[0]
-        if before.forces_n[i] < PRESSES_N or self._pressing[i]:
+        if before.forces_n[i] < PRESSES_N or self._pressing[i] or not before.told[i]:
             return False
         if now.time_s - before.time_s < COMPARED_S or before.total_mps2 is None:
             return False
@@ -231,4 +237,5 @@ class ForceWatch:
 class _Moment(Struct, frozen=True):
     time_s: float
     forces_n: tuple[float, ...]
+    told: Sequence[bool]  # whether each was measured then and at the observation before: else it is what was held
     total_mps2: float | None  # retardation, mean before; None while motors have a part in it
