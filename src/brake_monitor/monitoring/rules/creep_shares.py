@@ -19,7 +19,9 @@ OFF = 0.15  # of nominal: more than weather changes friction, so that something 
 CULPRIT = 0.40  # of nominal
 SURE_SIGMAS = 1.96
 LEAST_SHARE = 1e-6  # none, or all that is borne
-APART = 0.20  # of an equal share; where applications agree, of what the others bear
+APART = 0.20  # of an equal share
+SURELY_APART = 0.28  # of what the others bear, time and again: 0.20 may be its load, its profile, or a better rail
+STEEP = 1.5  # times the creep that others show under the same torque: towards the peak that grows faster than adhesion
 AHEAD = 2e-4  # no brake makes a wheelset run ahead of free rolling: it is, or was, in a curve
 AGREEING_APPLICATIONS = 4  # at least: in one or two a curve may make a share look unequal
 # Student's t by which a share in 4, 5, … applications is sure to 99.9 %: nobody knows how much curves do, and every
@@ -50,7 +52,8 @@ def told_apart(applications: Sequence[ApplicationRecord], nominal: float) -> App
     friction. Or the last applications, each elsewhere, agree that one wheelset stands apart; then all of them
     count.
     """
-    last, lately = applications[-1], _last_shares(applications)
+    last, applications = applications[-1], _with_proportional_creep(applications)
+    lately = _last_shares(applications)
     if lately is None:
         return last
     shared = _shared_out(last, lately)
@@ -68,6 +71,26 @@ def is_set_apart(i: int, applications: Sequence[ApplicationRecord]) -> bool:
     """
     lately = _last_shares(applications)
     return lately is not None and lately[i].is_apart
+
+
+def _with_proportional_creep(applications: Sequence[ApplicationRecord]) -> list[ApplicationRecord]:
+    """Those in which creep went with torque as it did at best in the others.
+
+    Towards the peak of what its own rail gives under its own load a wheelset creeps far more than its torque tells.
+    """
+    compliances = [_compliance(record) for record in applications]
+    known = sorted(compliance for compliance in compliances if compliance is not None and compliance > 0.0)
+    if not known:
+        return list(applications)
+    most = STEEP * known[len(known) // 4]
+    pairs = zip(applications, compliances, strict=True)
+    return [record for record, compliance in pairs if compliance is not None and compliance <= most]
+
+
+def _compliance(record: ApplicationRecord) -> float | None:
+    """Creep over the torque that makes it, 1/Nm; None where either is not known."""
+    whole = _mean_creep(record)
+    return None if whole is None else whole / mean(own.torque_nm or 0.0 for own in record.wheelsets)
 
 
 def _last_shares(applications: Sequence[ApplicationRecord]) -> list[Share] | None:
@@ -189,8 +212,8 @@ def _stands_apart(share: Share, now: Share, count: int) -> bool:
     One of two that bears 30 % less than the other bears but 18 % less than an equal share.
     """
     off = min(abs(share.value - 1.0), abs(share.value - share.by_force))
-    goes_on = (now.value - 1.0) * (share.value - 1.0) > 0.0 and _off(now.value, 1.0, count) > APART
-    is_apart = min(_off(share.value, 1.0, count), _off(share.value, share.by_force, count)) > APART
+    goes_on = (now.value - 1.0) * (share.value - 1.0) > 0.0 and _off(now.value, 1.0, count) > SURELY_APART
+    is_apart = min(_off(share.value, 1.0, count), _off(share.value, share.by_force, count)) > SURELY_APART
     return is_apart and off > CLEAR_SIGMAS * share.std and goes_on
 
 
