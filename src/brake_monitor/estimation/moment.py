@@ -69,7 +69,8 @@ class WagonMoment:
         self.lag_observable = False  # L is a state, and a brake acts or did lately: else L has no covariances to others
         self.line = LineRoughness(deceleration_per_metre)
         self.force_trend = ForceTrend()
-        self.coasting_mps2 = 0.0  # d after the last release, when nothing pulls the wagon yet
+        self.stands_pressed = True  # it stands, or stood, as pads press or did last
+        self.coasting_mps2 = 0.0  # d after the last release at speed, when nothing pulls the wagon yet
         self.application = BrakeApplication()
         self.mean_deceleration_mps2 = 0.0  # the mean deceleration of the last L
         self.speed_per_lag_mps2 = 0.0  # by how much a reading of v is more than v, per second of L: its element of H

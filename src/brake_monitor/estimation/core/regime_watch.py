@@ -54,8 +54,10 @@ class RegimeWatch(MotorWatch):
             self.set_friction_observability()
         if self.learns_lag:
             self.see_lag_observability()
-        if not now.pressed and now.time_s - now.pressed_s < ROLLING_AGAIN_S:
-            now.coasting_mps2 = self.filter.x[self.deceleration_place]
+        if now.pressed:
+            now.stands_pressed = near_standstill
+        elif now.time_s - now.pressed_s < ROLLING_AGAIN_S:  # of one that has stood, d is what pulls it away
+            now.coasting_mps2 = 0.0 if now.stands_pressed else self.filter.x[self.deceleration_place]
         self.set_deceleration_density()
         if self.learns_torque_error:
             self.see_motors()
