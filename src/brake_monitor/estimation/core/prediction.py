@@ -4,7 +4,7 @@ from math import exp, hypot, inf
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, UNKNOWN_ADHESION_STD, RegimeWatch
-from brake_monitor.estimation.estimate import SLOWEST_MPS, slip_of
+from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.inputs.slide_protection import PERIOD_S
 from brake_monitor.estimation.moment import SNAPSHOTS
 
@@ -178,9 +178,9 @@ class Prediction(RegimeWatch):
         self.now.distance_m += distance_m
         for i in range(n):
             wheel = self.wheels[i]
-            force_n, rolling_mps = wheel.pressing_force_n, x[i] * wheel.radius.radius_m
-            slip = 0.0 if speed_mps < SLOWEST_MPS else 1.0 - rolling_mps / speed_mps
-            if force_n != 0.0 and rolling_mps > CRAWLING_MPS:
+            force_n, radius_m = wheel.pressing_force_n, wheel.radius.radius_m
+            slip = slip_of(x[i], radius_m, speed_mps)
+            if force_n != 0.0 and x[i] * radius_m > CRAWLING_MPS:
                 wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[self.friction_place + i])
             if slip > SLIDING_SLIP:
                 wheel.work.slide(slip, distance_m)
