@@ -95,8 +95,8 @@ class ChangeDoubt(FrictionDoubt):
         covariance, place, n = self.filter.covariance, self.deceleration_place, self.wheelset_count
         variance: float = covariance[place][place]
         for i in range(n):
-            row = covariance[self.friction_place + i]
-            variance += 2.0 * self.share_of_friction(i) * row[place]
+            row, share = covariance[self.friction_place + i], self.share_of_friction(i)
+            variance += 2.0 * share * row[place]
             for j in range(n):
-                variance += self.share_of_friction(i) * self.share_of_friction(j) * row[self.friction_place + j]
+                variance += share * self.share_of_friction(j) * row[self.friction_place + j]
         return variance
