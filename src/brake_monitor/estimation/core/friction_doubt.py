@@ -61,8 +61,8 @@ class FrictionDoubt(CoreNumbers):
         applied.strays_s = min(applied.strays_s, time_s)
         if time_s - applied.strays_s < STRAYS_S:
             return
-        unmodelled_mps2 = max(abs(self.point_friction_against_line()), LEAST_PER_FRICTION_MPS2)
-        applied.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / unmodelled_mps2)
+        per_friction_mps2 = max(abs(self.point_friction_against_line()), LEAST_PER_FRICTION_MPS2)
+        applied.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / per_friction_mps2)
         line_variance = applied.line_friction_std * applied.line_friction_std
         applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
         self.doubt_friction(line_variance)
