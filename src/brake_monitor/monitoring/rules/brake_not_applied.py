@@ -55,10 +55,9 @@ class BrakeNotApplied:
         for i, wheelset in enumerate(now.wheelsets):
             if seen.motors_brake[i] or wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
                 self._released_s[i] = now.time_s
-        if seen.all_good:
-            self._participation.see(now.time_s, seen.forces_n)
         if not seen.all_good:
             return self._judge_beside_wrong_inputs(seen)
+        self._participation.see(now.time_s, seen.forces_n)
         if count == 1 or now.speed_mps < self.settings.min_speed_mps:
             return self._all_unknown
         if max(seen.forces_n) < self._others_n:
@@ -86,8 +85,8 @@ class BrakeNotApplied:
 
     def _judge(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> Verdict:
         forces_n = now.forces_n
-        own_n, others_n = forces_n[i], forces_n[:i] + forces_n[i + 1 :]
-        if median(others_n) < self._others_n:
+        own_n, others_n = forces_n[i], median(forces_n[:i] + forces_n[i + 1 :])
+        if others_n < self._others_n:
             return UNKNOWN
         if own_n >= self._contact_force_n:
             return FINE
@@ -98,10 +97,10 @@ class BrakeNotApplied:
         return Finding(
             Severity.ALARM,
             f"The brake of wheelset {i + 1} does not press ({own_n / 1000.0:z.1f} kN) while the others do "
-            f"({median(others_n) / 1000.0:.1f} kN): isolated, or its brake gear is stuck.",
+            f"({others_n / 1000.0:.1f} kN): isolated, or its brake gear is stuck.",
             {
                 "pressing_force_n": own_n,
-                "others_pressing_force_n": median(others_n),
+                "others_pressing_force_n": others_n,
                 "creep": creep[i].value if creep else None,
                 "others_creep": _of_others(i, creep) if creep else None,
                 "speed_mps": now.speed_mps,
