@@ -138,11 +138,10 @@ class LastingCreepSearch:
             return
         self._since.add([Stretch(self._block_m, _mean_apart(self._turns))])
         self._begin_block()
+        passed = self._since.shorten(MOST_WAY_M)
         if self.lasting:
-            self._since.shorten(MOST_WAY_M)
             self._see_what_lasts()
             return
-        passed = self._since.shorten(MOST_WAY_M)
         self._before.add(passed)
         if passed and self.suspected is not None:  # nor will a longer way tell: too little is known from before
             self._begin_anew()
