@@ -235,7 +235,8 @@ def _shift(i: int, before: Sequence[_Moment], after: Sequence[_Moment]) -> tuple
 def _without(i: int, moment: _Moment) -> tuple[float, ...]:
     """Logarithms of omega of the other wheelsets, less their mean."""
     others = moment.log_turns[:i] + moment.log_turns[i + 1 :]
-    return tuple(own - fmean(others) for own in others)
+    mean = fmean(others)
+    return tuple([own - mean for own in others])
 
 
 def _mean_d(moments: Sequence[_Moment]) -> float:
