@@ -191,12 +191,10 @@ class WheelWatch:
             wheel.decided = WheelState.STOPPED
         elif now.time_s - wheel.stands_since_s < WAIT_S:
             return WheelState.DOUBTFUL
-        elif wheel.origin in NOT_TURNED:
-            held = wheel.holding.suffices or self._drags_unbraked(now)
-            wheel.decided = WheelState.STOPPED if held else WheelState.CONTRADICTED
         else:
-            drags = self._drags_since(wheel.stands_since_s, now.time_s) or self._drags_unbraked(now)
-            wheel.decided = WheelState.STOPPED if drags else WheelState.CONTRADICTED
+            not_turned = wheel.origin in NOT_TURNED
+            stands = wheel.holding.suffices if not_turned else self._drags_since(wheel.stands_since_s, now.time_s)
+            wheel.decided = WheelState.STOPPED if stands or self._drags_unbraked(now) else WheelState.CONTRADICTED
         return wheel.decided
 
     def _is_released(self, wheel: WatchedWheelset, now: Estimate) -> bool:
