@@ -55,9 +55,7 @@ class WatchedWheelset:
         self._vehicle_speed = vehicle_speed
         self.radius_m = vehicle.wheel_radius_m[i]
         self._inertia_kgm2 = vehicle.wheelset_inertia_kgm2[i]
-        self._stop_radps2_per_n = (
-            FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / vehicle.wheelset_inertia_kgm2[i]
-        )
+        self._stop_radps2_per_n = FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / self._inertia_kgm2
         self.holding = HoldingForce(vehicle, i, contact_force_n)
         self.falls = SpeedFalls()
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
