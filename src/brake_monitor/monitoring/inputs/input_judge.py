@@ -53,7 +53,7 @@ class InputJudge:
         self._changes = -1  # as `judge` was told when they were judged; whether then of each wheelset were good ...
         self._measured: list[bool] = []  # ... its own speed and the vehicle's
         self._arriving: list[bool] = []  # ... its pressing force
-        self._braked: list[bool] = []  # ... all of these
+        self._told: list[bool] = []  # ... all of these
         self._impossible: list[int] = []  # whose pressing forces said what no brake does
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused  # of a signal that says something good again it forgets
@@ -131,12 +131,10 @@ class InputJudge:
         if dead:
             forces = tuple([ForceState.CONTRADICTED if i in dead else state for i, state in enumerate(forces)])
         self._froze = frozen = self._frozen_forces(estimate, arriving, wheels, forces)
-        rolls = self._braked
+        told = self._told
         if is_contradicted:  # what its speed says shows nothing of its flag
-            rolls = [
-                is_told and state is not WheelState.CONTRADICTED for is_told, state in zip(rolls, wheels, strict=True)
-            ]
-        stuck = self._flags.judge(estimate, rolls)
+            told = [own and state is not WheelState.CONTRADICTED for own, state in zip(told, wheels, strict=True)]
+        stuck = self._flags.judge(estimate, told)
         is_contradicted |= self._wheels.speed_is_contradicted or self._scatter.speed_scatters
         is_contradicted |= ForceState.CONTRADICTED in forces
         repeats = Doubt.REPEATED in estimate.reasons
@@ -179,7 +177,7 @@ class InputJudge:
             for report in alone.not_good
             if report.channel.quantity is PRESSING_FORCE and report.condition is InputCondition.IMPOSSIBLE
         ]
-        self._braked = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
+        self._told = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
 
     def _frozen_forces(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
