@@ -45,9 +45,9 @@ class Memory:
         self._gauge_applied: GaugeMark | None = None
         self.wear_news = 0  # how often the pipeline has taken up pads from the disk or from people
         self._handover = MemoryHandover()
-        self._directory = MemoryDirectory(place, settings.vehicle.id, settings.vehicle.wheelset_count)
+        directory = MemoryDirectory(place, settings.vehicle.id, settings.vehicle.wheelset_count)
         folder = EvidenceFolder(place / EVIDENCE_FOLDER, settings.store.evidence_max_bytes)
-        self._writer = MemoryWriter(self._handover, self._directory, folder)
+        self._writer = MemoryWriter(self._handover, directory, folder)
 
     @property
     def failing(self) -> str:
