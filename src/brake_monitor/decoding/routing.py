@@ -217,20 +217,19 @@ def _qualifier(wanted: _Wanted, message: Message, qualified: SignalField) -> Qua
 def _unit_remark(wanted: _Wanted, message: Message) -> str | None:
     """Say where the DBC's unit is not the one that its values are taken in; a `scale` is taken to convert it."""
     quantity, mapping = wanted.quantity, wanted.mapping
-    written = message.get_signal_by_name(mapping.signal).unit or ""
-    if mapping.scale != 1.0 or default_unit(quantity) == "":
+    written, default = message.get_signal_by_name(mapping.signal).unit or "", default_unit(quantity)
+    if mapping.scale != 1.0 or default == "":
         return None
     if not written:
         if mapping.unit or not has_unit(quantity):
             return None
-        return f"{wanted.key}: neither the mapping nor the DBC names a unit: taken as {default_unit(quantity)}"
-    if is_unit(written, mapping.unit or default_unit(quantity)):
+        return f"{wanted.key}: neither the mapping nor the DBC names a unit: taken as {default}"
+    if is_unit(written, mapping.unit or default):
         return None
     taken = f"the mapping takes it as {mapping.unit}"
     if not mapping.unit:
-        taken = f"without `unit` it is taken as {default_unit(quantity)}"
-    joint = "," if mapping.unit else ", and"
-    return f'{wanted.key}: the DBC has "{mapping.signal}" in {written}{joint} {taken}; `unit` or `scale` converts'
+        taken = f"and without `unit` it is taken as {default}"
+    return f'{wanted.key}: the DBC has "{mapping.signal}" in {written}, {taken}; `unit` or `scale` converts'
 
 
 def _counter_fields(counted: list[_Wanted], message: Message) -> list[SignalField]:
