@@ -51,9 +51,7 @@ class Arrivals:
     @property
     def period_s(self) -> float:
         """The gap that any instant usually lies in: where values come in bunches, the one between two bunches."""
-        gaps_s = np.sort(self.gaps_s.clip(0.0, LONGEST_PERIOD_S))
-        passed_s = np.cumsum(gaps_s)
-        return float(gaps_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])
+        return usual_s(np.sort(self.gaps_s.clip(0.0, LONGEST_PERIOD_S)))
 
     @property
     def is_bunched(self) -> bool:
@@ -82,3 +80,9 @@ class Arrivals:
     @staticmethod
     def _runs_ahead(gaps_s: Floats) -> bool:
         return bool(np.median(gaps_s) >= 0.0)
+
+
+def usual_s(gaps_s: Floats) -> float:
+    """The one of these gaps, the shortest first, that any instant in them usually lies in."""
+    passed_s = np.cumsum(gaps_s)
+    return float(gaps_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])

@@ -8,7 +8,7 @@ import numpy as np
 
 from brake_monitor.decoding.routing import CYCLES_TO_TIMEOUT
 from brake_monitor.estimation.inputs.held_input import PROMPT_S
-from brake_monitor.inspection.arrivals import Arrivals
+from brake_monitor.inspection.arrivals import Arrivals, usual_s
 from brake_monitor.inspection.traffic import Traffic
 from brake_monitor.samples import Channel, Quantity
 
@@ -75,7 +75,4 @@ def _gap_beyond_s(arrivals: Arrivals, timeout_s: float) -> float | None:
     longer_s = np.sort(gaps_s[gaps_s > timeout_s])
     if len(longer_s) < LEAST_VALUES or longer_s.sum() < 0.5 * gaps_s.sum():
         return None
-    if arrivals.comes_on_change:
-        passed_s = np.cumsum(longer_s)
-        return float(longer_s[np.searchsorted(passed_s, 0.5 * passed_s[-1])])
-    return float(np.median(longer_s))
+    return usual_s(longer_s) if arrivals.comes_on_change else float(np.median(longer_s))
