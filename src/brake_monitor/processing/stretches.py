@@ -47,10 +47,10 @@ class Stretches:
         self._given_turn = np.floor((time_s - begun_s) * (rate_hz or 1.0))
         goes_back = np.diff(time_s, prepend=time_s[:1]) < 0.0
         ends = self.abrupt[:-1] | goes_back | (rate_hz == 0.0)
+        self._can_be_last = ~ends
         for turn in (self._observed_turn, self._given_turn):
             ends |= np.diff(turn, prepend=turn[:1]) != 0.0
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), count]
-        self._can_be_last = ~self.abrupt[:-1] & ~goes_back & (rate_hz != 0.0)
         tells = np.array([channel.quantity in MEASURED for channel in samples.channels], dtype=np.bool_)
         measures = np.full(count, waits)
         measures[number[samples.frame[tells[samples.channel]]]] = True
