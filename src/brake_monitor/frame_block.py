@@ -85,12 +85,13 @@ class FrameBlock:
         moved = np.array([buses.index(bus) for bus in others.buses], dtype=np.int64)
         nowhere = np.zeros(len(others), dtype=np.int64)  # in the payload
         others = replace(others, bus=moved[others.bus], start=nowhere, stop=nowhere)
-        numbers = np.concatenate((number, np.array(list(odd), dtype=np.int64)))
+        odd_number = np.array(list(odd), dtype=np.int64)
+        numbers = np.concatenate((number, odd_number))
         order = np.argsort(numbers)
         columns: dict[str, Any] = {
             name: np.concatenate((getattr(self, name), getattr(others, name)))[order] for name in _COLUMNS
         }
-        places = np.searchsorted(numbers[order], np.array(list(odd), dtype=np.int64)).tolist()
+        places = np.searchsorted(numbers[order], odd_number).tolist()
         return replace(self, buses=buses, odd=dict(zip(places, odd.values(), strict=True)), **columns)
 
     def __len__(self) -> int:
@@ -102,8 +103,7 @@ class FrameBlock:
     def frames(self, places: Ints) -> list[Frame]:
         """The frames in these places."""
         payload = self.payload
-        columns = (self.time_s, self.bus, self.can_id, self.extended, self.start, self.stop)
-        time_s, bus, can_id, extended, start, stop = (column[places].tolist() for column in columns)
+        time_s, bus, can_id, extended, start, stop = (getattr(self, name)[places].tolist() for name in _COLUMNS)
         buses = map(self.buses.__getitem__, bus)
         data = [payload[a:b] for a, b in zip(start, stop, strict=True)]
         if self.is_text:
