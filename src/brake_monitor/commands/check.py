@@ -118,11 +118,8 @@ def _doubts(settings: Settings) -> Iterator[str]:
     if settings.metrics.port and not extras.is_installed("metrics"):
         yield f"metrics.port: the daemon needs the extra 'metrics' for it: {extras.how_to_install('metrics')}"
     yield from unprotected(settings.zenoh)
-    if max(vehicle.wheel_radius_m) > GREATEST_WHEEL_RADIUS_M:
-        yield (
-            f"vehicle.wheel_radius_m: {max(vehicle.wheel_radius_m):g} m is more than railway wheels have; "
-            "is it the diameter?"
-        )
+    if (radius_m := max(vehicle.wheel_radius_m)) > GREATEST_WHEEL_RADIUS_M:
+        yield f"vehicle.wheel_radius_m: {radius_m:g} m is more than railway wheels have; is it the diameter?"
     for brake_m, wheel_m in sorted(set(zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True))):
         if brake_m > wheel_m:
             yield (
