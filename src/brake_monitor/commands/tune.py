@@ -71,8 +71,7 @@ def run(options: Namespace) -> int:
     if not names:
         raise InputError(f"{options.config}: estimator.tuning: every density is 0, there is nothing to fit")
     recordings = list(_recordings(options, settings))
-    channels = tuple(SignalDecoder.from_settings(settings).channels)
-    judge = Judge(settings.vehicle, settings.estimator, channels)
+    judge = Judge(settings.vehicle, settings.estimator, SignalDecoder.from_settings(settings).channels)
     if sum(len(recording.samples) for recording in recordings) * options.evaluations > WORTH_COMPILING:
         judge.have_compiled()
     with scoring(judge, recordings, options.jobs) as score:
