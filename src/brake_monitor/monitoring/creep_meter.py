@@ -108,10 +108,6 @@ class CreepMeter:
             self._free = _nearer(self._free or ratios.now, ratios.now, share)
             self._free_noise_s = _nearer(self._free_noise_s or ratios.noise_s, ratios.noise_s, share)
 
-    def forget_lately(self) -> None:
-        """As `SpeedRatios` does."""
-        self._ratios.forget_lately()
-
     def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
         """Each wheelset's as of `now`, the estimate taken last, about a second's mean.
 

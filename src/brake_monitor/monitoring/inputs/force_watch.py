@@ -40,6 +40,7 @@ class ForceWatch:
         self._levers = [brake_m / wheel_m for brake_m, wheel_m in radii_m]
         self._contact_force_n = estimator.contact_force_n
         self._friction = estimator.friction_nominal
+        self._ratios = ratios
         self._creep = CreepMeter(ratios)
         self._retardation = Retardation(vehicle)
         self._is_in_train = estimator.preset == "train"
@@ -62,7 +63,7 @@ class ForceWatch:
         """
         forces_n, motor_acts = now.forces_n, now.a_motor_acts
         if speeds_are_good and not self._speeds_were_good:  # the estimated speed is put right with a jump
-            self._creep.forget_lately()
+            self._ratios.forget_lately()
             self._retardation.forget_lately()
         self._speeds_were_good = speeds_are_good
         known = [measured[i] and brake.state is not ForceState.CONTRADICTED for i, brake in enumerate(self._brakes)]
