@@ -10,6 +10,7 @@ from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.simulator.can_encoder import encode, signal_unit
+from brake_monitor.simulator.physics.pad import NOMINAL_FRICTION
 from brake_monitor.simulator.physics.pneumatics import FULL_PRESSURE_BAR, BrakeGear
 from brake_monitor.simulator.plant import GRAVITY_MPS2, Modifiers, Plant
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario
@@ -21,7 +22,6 @@ TRUTH_STEP_S = 0.01
 NO_MODIFIERS = Modifiers()
 
 DEFAULT_UTILISATION = 0.11  # adhesion that a full brake asks for, where the mapping does not tell the brake gear
-DEFAULT_PAD_FRICTION = 0.35
 SPRING_BAR = 0.25
 
 TRUTH_WAGON_COLUMNS = (
@@ -131,7 +131,7 @@ def _brake_gear(settings: Settings, wheelset: int, mapping: SignalMapping) -> Br
         return BrakeGear(mapping.scale * newton, mapping.offset * newton)
     vehicle = settings.vehicle
     load_n = vehicle.mass_kg * GRAVITY_MPS2 / vehicle.wheelset_count
-    lever = vehicle.wheel_radius_m[wheelset] / (DEFAULT_PAD_FRICTION * vehicle.brake_radius_m[wheelset])
+    lever = vehicle.wheel_radius_m[wheelset] / (NOMINAL_FRICTION * vehicle.brake_radius_m[wheelset])
     full_n = DEFAULT_UTILISATION * load_n * lever
     if mapping.max is not None:
         full_n = min(full_n, mapping.max * newton)
