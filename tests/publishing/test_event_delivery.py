@@ -15,6 +15,7 @@ from pathlib import Path
 
 import pytest
 import zenoh
+from zenoh import ext
 
 from brake_monitor.errors import WorkError
 from brake_monitor.monitoring.alarm import Severity
@@ -177,6 +178,26 @@ def test_a_subscriber_that_was_frozen_is_told_all_of_it_later(tmp_path: Path) ->
         number = publishing.publish(300)
         heard.send_signal(signal.SIGCONT)
         assert heard.has(number)
+
+
+def test_events_reach_an_advanced_subscriber_that_hears_state_under_the_same_expression() -> None:
+    heard: list[tuple[str, int]] = []
+
+    def note(sample: zenoh.Sample) -> None:
+        heard.append((str(sample.key_expr), json.loads(sample.payload.to_bytes())["sequence"]))
+
+    history = ext.HistoryConfig(detect_late_publishers=True)
+    with (
+        running() as publisher,
+        session(publisher.endpoints[0]) as other,
+        ext.declare_advanced_subscriber(other, "brake/v1/**", note, history=history),
+    ):
+        until(lambda: publisher.publish(Outputs(estimate(), ())) or heard)  # they have met
+        for _ in range(3):
+            publisher.publish(Outputs(estimate(), (alarm(),)))
+        key = "brake/v1/wagon-1/alarm/low_adhesion"
+        until(lambda: [sequence for name, sequence in heard if name == key] == [1, 2, 3])
+        until(lambda: {name for name, _ in heard} > {key, "brake/v1/wagon-1/axle/1/friction"})
 
 
 class MemoryOutbox(NoOutbox):

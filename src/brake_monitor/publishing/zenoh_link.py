@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from queue import Full, Queue
+from uuid import uuid4
 
 import zenoh
 from zenoh import ext
@@ -56,6 +57,7 @@ class ZenohLink:
         self._states: dict[str, zenoh.Publisher] = {}
         self._events: dict[str, ext.AdvancedPublisher] = {}
         self._source = session.new_timestamp().get_id()  # the session's own id: what subscribers know events by
+        self._state_source = zenoh.TimestampId(uuid4().bytes)  # another in each run: its clock may have been set back
         self._queries: Queue[zenoh.Query | None] = Queue(QUERIES_WAITING)  # None: wake up and end
         self._closing = threading.Event()
         self._thread = threading.Thread(target=self._answer_all, name="zenoh answers", daemon=True)
@@ -91,7 +93,9 @@ class ZenohLink:
         if publisher is None:
             publisher = self._session.declare_publisher(key, congestion_control=zenoh.CongestionControl.DROP)
             self._states[key] = publisher
-        publisher.put(payload.content, encoding=MEDIA_TYPES[payload.encoding])
+        # Not as of the events' source: who subscribes to both would take an event, whose stamp counts, for an old one.
+        stamp = zenoh.Timestamp(self._session.new_timestamp().get_time_as_ntp64(), self._state_source)
+        publisher.put(payload.content, encoding=MEDIA_TYPES[payload.encoding], timestamp=stamp)
 
     def look_around(self) -> None:
         """Tell of a router that is gone or back, and of somebody else who publishes under our name."""
