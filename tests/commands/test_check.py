@@ -216,6 +216,22 @@ def test_a_wheel_speed_is_held_against_the_vehicle_speed(wagon: Wagon, scale: fl
     assert [remark.partition(" turns")[0] for remark in wagon.remarks()] == ["axle_speed 1"] * is_remarked
 
 
+def test_a_speed_that_is_always_0_while_the_others_are_not_is_remarked(wagon: Wagon) -> None:
+    """As of a signal that the DBC has and nobody sends. Half a km/h, a crawl, says nothing."""
+    wagon.record(*wheels_turn("100E"), *brakes_have("0000"), *3 * [goes(0.0)])
+    assert wagon.remarks() == ["speed is always 0, while wheels turn at up to 10 m/s: is it the signal that is sent?"]
+    wagon.record(*(f"1A0#0000100E0000{count:04X}" for count in range(3)), *brakes_have("0000"), *3 * [goes(10.0)])
+    assert wagon.remarks() == [
+        "axle_speed 1 is always 0, while speed goes up to 10 m/s: is it the signal that is sent, and does the wheelset "
+        "turn?"
+    ]
+    for said in (goes(0.0), goes(10.0)):  # too few values to tell it from a sensor that begins
+        wagon.record(*wheels_turn("100E"), *brakes_have("0000"), said)
+        assert wagon.remarks() == []
+    wagon.record(*wheels_turn("3200"), *brakes_have("0000"), *3 * [goes(0.0)])
+    assert wagon.remarks() == []
+
+
 CALIBRATION = "scale = 18600.0, offset = -4650.0, min = 0.0"
 TWO_BAR, TWELVE_BAR = "03E8", "1770"
 

@@ -102,9 +102,18 @@ def _on_qualifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
 
 def _on_speeds(traffic: Traffic, vehicle: Vehicle) -> Iterator[str]:
     """Over a recording the greatest wheel speed and the greatest vehicle speed agree, whatever slid meanwhile."""
-    speed_mps = traffic.found[Quantity.SPEED, 0].size
-    for place, radius_m in enumerate(vehicle.wheel_radius_m):
-        rim_mps = traffic.found[Quantity.AXLE_SPEED, place].size * radius_m
+    speed = traffic.found[Quantity.SPEED, 0]
+    speed_mps = speed.size
+    wheels = [traffic.found[Quantity.AXLE_SPEED, place] for place in range(len(vehicle.wheel_radius_m))]
+    rims_mps = [wheel.size * radius_m for wheel, radius_m in zip(wheels, vehicle.wheel_radius_m, strict=True)]
+    if speed.is_kept and speed_mps == 0.0 and max(rims_mps) > MOVING_MPS:
+        yield f"speed is always 0, while wheels turn at up to {max(rims_mps):.3g} m/s: is it the signal that is sent?"
+    for place, (wheel, rim_mps) in enumerate(zip(wheels, rims_mps, strict=True)):
+        if wheel.is_kept and rim_mps == 0.0 and speed_mps > MOVING_MPS:
+            yield (
+                f"axle_speed {place + 1} is always 0, while speed goes up to {speed_mps:.3g} m/s: is it the signal "
+                "that is sent, and does the wheelset turn?"
+            )
         slower, faster = sorted((speed_mps, rim_mps))
         if slower > 0.0 and faster > MOVING_MPS and faster > UNLIKE * slower:
             yield (
