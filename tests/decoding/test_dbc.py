@@ -272,6 +272,31 @@ def test_of_an_endless_line_that_cannot_be_read_the_place_is_told(tmp_path: Path
     assert len(str(refusal.value)) < len(str(path)) + 300
 
 
+@pytest.mark.parametrize(
+    ("entry", "told"),
+    [
+        ('BA_ "GenMsgCycleTime" BO_ 672 "x";', "an attribute that it defines as a number (INT, HEX or FLOAT) is given"),
+        (
+            'BA_DEF_ BO_ "VFrameFormat" ENUM "a","b"; BA_ "VFrameFormat" BO_ 672 99;',
+            "a number points beyond a list, as that of an attribute (ENUM) with fewer choices",
+        ),
+        ('VAL_ 672 v_ground 1.5 "x" ;', "expected a whole number, got '1.5'"),
+    ],
+)
+def test_what_the_parser_tells_of_itself_is_told_of_the_file(entry: str, told: str, tmp_path: Path) -> None:
+    path = tmp_path / "x.dbc"
+    path.write_text(f"{(VEHICLES / 'wagon.dbc').read_text()}\n{entry}\n")
+    with pytest.raises(InputError, match=re.escape(f"{path}: not a DBC file that can be read: {told}")):
+        load_bus("b", [path])
+
+
+def test_an_empty_file_is_told_as_empty(tmp_path: Path) -> None:
+    path = tmp_path / "x.dbc"
+    path.write_text("\n")
+    with pytest.raises(InputError, match="expected a DBC file, this is empty"):
+        load_bus("b", [path])
+
+
 def test_a_file_that_was_cut_off_is_remarked(tmp_path: Path) -> None:
     path = tmp_path / "cut.dbc"
     path.write_text((VEHICLES / "wagon.dbc").read_text().partition("|2@1+")[0])

@@ -6,6 +6,7 @@ from codecs import BOM_UTF16_BE, BOM_UTF16_LE
 from collections import defaultdict
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass
+from decimal import InvalidOperation
 from pathlib import Path
 
 from cantools.database import load_string
@@ -31,6 +32,7 @@ _MESSAGE_LENGTH = re.compile(r"\bBO_\s+\d+\s+(\w+)\s*:\s*(\d+)")
 _SIGNAL_PLACE = re.compile(r"\bSG_\s+(\w+)[^:\n]*:\s*(\d+)\s*\|\s*(\d+)")
 _MESSAGE_OR_PAGED = re.compile(r"\b(?:BO_\s+\d+\s+(\w+)|SG_\s+(\w+)\s+m\d+M?\s*:)")
 _SIGNAL_PAGES = re.compile(r"\bSG_MUL_VAL_\s+\d+\s+(\w+)\s+\w+([\d\s,-]+);")
+_NO_INTEGER = re.compile(r"invalid literal for int\(\) with base 10: (.*)")
 _PAGE_RANGE = re.compile(r"(\d+)\s*-\s*(\d+)")
 
 _TEXT = re.compile(r'"(?:[^"\\]|\\.?)*+(?:"|\Z)', re.DOTALL)  # units and comments
@@ -97,6 +99,8 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
     files, remarks = [], []
     for path in paths:
         text = _read(path)
+        if not text.strip():
+            raise InputError(f"{path}: expected a DBC file, this is empty")
         if what := next(_immense(text), None):
             raise InputError(f"{path}: {what}")
         try:
@@ -221,6 +225,12 @@ def _one_line(error: BaseException) -> str:
     cause = getattr(error, "e_dbc", None) or error  # cantools tries several formats, and tells what each made of it
     if isinstance(cause, KeyError):  # of one of its own tables: all that it says is the name
         return f"it uses {cause}, which it does not define"
+    if isinstance(cause, InvalidOperation):  # of these it says what Python says, which names nothing in the file
+        return "an attribute that it defines as a number (INT, HEX or FLOAT) is given something else"
+    if isinstance(cause, IndexError):
+        return "a number points beyond a list, as that of an attribute (ENUM) with fewer choices"
+    if no_integer := _NO_INTEGER.fullmatch(str(cause)):
+        return f"expected a whole number, got {no_integer[1]}"
     line = _shortened(" ".join(str(cause).split()))
     return "".join(c if c.isprintable() else "?" for c in line)  # a terminal obeys some of what a binary file holds
 
