@@ -599,6 +599,24 @@ def test_a_full_disk_behind_standard_output_is_named(folder: Path, arguments: st
     assert_refused(folder, arguments, sentence, code=1, before=full)
 
 
+@pytest.mark.parametrize(
+    ("arguments", "code"),
+    [("check -c nosuch.toml", 2), ("--nosuch", 2), ("replay -c wagon.toml back.log -o out.csv", 0)],
+)
+def test_what_cannot_be_told_changes_no_exit_code(folder: Path, arguments: str, code: int) -> None:
+    """A refusal, that of an option, and a remark, that the time goes back."""
+    recorded = (folder / "good.log").read_text()
+    (folder / "back.log").write_text(recorded + recorded)
+    full = ("sh", "-c", 'exec "$@" 2> /dev/full', "sh")
+    assert brake_monitor(folder, arguments.split(), full) == (code, "")
+
+
+def test_a_pipe_is_no_recording(folder: Path) -> None:
+    """Nobody writes to it."""
+    os.mkfifo(folder / "pipe.log")
+    assert_refused(folder, "check -c wagon.toml pipe.log", "pipe.log: expected a recording, this is a pipe")
+
+
 def test_a_disk_that_fills_while_writing(folder: Path) -> None:
     (folder / "long.log").write_text(
         "".join(f"({1700000000 + i / 100:.2f}) can0 1A0#E803E803000000{i % 16:02X}\n" for i in range(20_000))

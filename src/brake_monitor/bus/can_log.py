@@ -64,6 +64,8 @@ def open_log(path: Path, buses: Sequence[CanBus]) -> "LogSource":
     suffix = "".join((suffixes[:-1] if is_gzip else suffixes)[-1:])
     if suffix not in _SUFFIXES:
         raise InputError(f"{path}: unknown kind of log, expected one of {', '.join(_SUFFIXES)} (each also with .gz)")
+    if path.is_fifo():  # it would be waited for, perhaps for ever, and can be read only once
+        raise InputError(f"{path}: expected a recording, this is a pipe")
     return LogSource(path, suffix, is_gzip, buses)
 
 
