@@ -138,7 +138,9 @@ def test_channels_of_a_candump_log_are_buses_by_channel_or_name(tmp_path: Path) 
     path = tmp_path / "x.log"
     path.write_text("".join(f"(1.0) {channel} 001#00\n" for channel in ("vcan1", "front", "vcan0", "can7", "rear")))
     assert [frame.bus for frame in open_log(path, TWO)] == ["rear", "front", "front", "", "rear"]
-    assert {frame.bus for frame in open_log(path, ONE)} == {"can0"}  # one bus: every channel is it
+    one = open_log(path, ONE)
+    assert {frame.bus for frame in one} == {"can0"}  # one bus: every channel is it, and that is told once
+    assert one.remarks == (f"{path}: it has frames of several channels, as vcan1 and front: all taken for the one bus",)
 
 
 @pytest.mark.parametrize("suffix", [".asc", ".blf", ".trc"])
@@ -158,7 +160,8 @@ def test_an_mf4_file_counts_its_channels_from_1_unless_there_is_a_0(
     assert [frame.bus for frame in log] == ["front", "rear", ""][: len(channels)]
     remark = f"{path}: it has a bus channel 0: taken for front, 1 for the next"
     assert log.remarks == ((remark,) if begins_at_0 else ())
-    assert open_log(path, ONE).remarks == ()
+    said = f"{path}: it has frames of several channels, as 1 and 2: all taken for the one bus"
+    assert open_log(path, ONE).remarks == ((said,) if len(channels) > 1 else ())
 
 
 PADDED = "(1.0) can0 000001A0#0102\n\n(1.1) can0 20000080#00\n(1.2) can0 000002FF#\n"
@@ -635,6 +638,17 @@ def test_frames_out_of_order_are_remarked(tmp_path: Path, times_s: list[float], 
         assert [round(frame.time_s - 1e9, 6) for frame in source] == times_s
     assert len(source.remarks) == (said is not None)
     assert all(remark.startswith(f"{log}: {said}") for remark in source.remarks)
+
+
+@pytest.mark.parametrize(("count", "moves", "is_told"), [(100, False, True), (99, False, False), (100, True, False)])
+def test_a_recording_without_times_is_remarked(tmp_path: Path, count: int, moves: bool, is_told: bool) -> None:
+    """As of a converter that had none: everything at once. In less there may be no time."""
+    log = tmp_path / "x.log"
+    log.write_text("(0.0) can0 001#00\n" * (count - 1) + f"({0.001 * moves}) can0 001#00\n")
+    source = open_log(log, ONE)
+    list(source)
+    said = f"{log}: its {count} frames all have the same time: nothing can be estimated from them"
+    assert source.remarks == ((said,) if is_told else ())
 
 
 DAY_S = 86400.0

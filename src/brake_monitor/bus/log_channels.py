@@ -26,6 +26,9 @@ class LogChannels(dict[object, str]):
     def _bus_of(self, channel: object) -> str:
         buses = self._buses
         if len(buses) == 1:
+            if len(self) == 1 and channel is not None:
+                first, second = (self._told(each) for each in (*self, channel))
+                self._remark(f"it has frames of several channels, as {first} and {second}: all taken for the one bus")
             return buses[0].name
         if isinstance(channel, int):
             place = channel - self.first
@@ -33,3 +36,7 @@ class LogChannels(dict[object, str]):
         if channel is None:
             self._remark(f"it does not say which of {len(buses)} buses a frame was on: on none")
         return next((bus.name for bus in buses if channel in (bus.channel, bus.name)), "")
+
+    def _told(self, channel: object) -> object:
+        """As others name it, who count from 1."""
+        return channel - self.first + 1 if isinstance(channel, int) else channel

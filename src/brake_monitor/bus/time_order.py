@@ -8,6 +8,7 @@ import numpy as np
 from brake_monitor.frame_block import FrameBlock
 
 TOLERATED_S = 0.05  # what is captured as much earlier is still fused
+MANY = 100  # frames that no bus carries at once
 YEAR_S = 365.25 * 86400.0
 
 
@@ -22,6 +23,8 @@ class TimeOrder:
         self._count = 0
         self._greatest_s = 0.0
         self._last_s = inf  # of all frames so far; none ends an endless time
+        self._seen = 0  # frames
+        self._has_moved = False
         self._ahead_count = 0
         self._ahead_s = 0.0
 
@@ -29,6 +32,8 @@ class TimeOrder:
         """Take the next frames."""
         ahead_s = np.diff(block.time_s, prepend=self._last_s)
         self._last_s = float(block.time_s[-1])
+        self._has_moved |= bool(np.any(ahead_s[int(self._seen == 0) :]))
+        self._seen += len(block.time_s)
         self._ahead_count += int(np.count_nonzero(ahead_s > YEAR_S))
         self._ahead_s = max(self._ahead_s, float(ahead_s.max()))
         latest_s = np.maximum.accumulate(np.concatenate(((self._latest_s,), block.time_s)))
@@ -47,6 +52,8 @@ class TimeOrder:
     @property
     def remarks(self) -> Iterator[str]:
         """What it means for the estimate; none where the frames are in order."""
+        if self._seen >= MANY and not self._has_moved:
+            yield f"its {self._seen} frames all have the same time: nothing can be estimated from them"
         if self._count:
             hint = "" if self._count == 1 else "; sort the frames by time if it is not the clock that was set"
             yield (
