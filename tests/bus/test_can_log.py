@@ -164,6 +164,34 @@ def test_an_mf4_file_counts_its_channels_from_1_unless_there_is_a_0(
     assert open_log(path, ONE).remarks == ((said,) if len(channels) > 1 else ())
 
 
+@pytest.mark.parametrize(
+    ("place", "said"),
+    [
+        (8, "its parts do not fit together"),  # not ASCII
+        (64, "it is not a valid MDF file"),
+        (100, "its parts do not fit together"),  # a number that none may be
+        (120, "Incomplete block at 0xffffffff exceeds the file size"),
+    ],
+)
+def test_damage_is_told_without_what_python_calls_things(tmp_path: Path, place: int, said: str) -> None:
+    path = recorded(tmp_path / "x.mf4", [can.Message(timestamp=1.7e9, arbitration_id=1, channel=1, data=b"\0")])
+    content = bytearray(path.read_bytes())
+    content[place : place + 4] = b"\xff" * 4
+    path.write_bytes(content)
+    with pytest.raises(InputError) as refusal:
+        open_log(path, ONE)
+    assert str(refusal.value).startswith(f"{path}: damaged, or not a .mf4 file: {said}")
+    assert "_io." not in str(refusal.value)
+    assert "From_" not in str(refusal.value)
+
+
+def test_damage_without_a_word_for_it(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "x.blf", [can.Message(timestamp=1.7e9, arbitration_id=1, channel=1, data=b"\0")])
+    path.write_bytes(path.read_bytes() + bytes(1000))
+    with pytest.raises(InputError, match=r"damaged, or not a \.blf file: its parts do not fit together"):
+        list(open_log(path, ONE))
+
+
 PADDED = "(1.0) can0 000001A0#0102\n\n(1.1) can0 20000080#00\n(1.2) can0 000002FF#\n"
 
 

@@ -7,6 +7,8 @@ _CSV_COLUMNS = "timestamp, arbitration_id, extended, remote, error, dlc, data"
 _NO_NUMBER = re.compile(
     r"(invalid literal for int\(\) with base (?P<base>\d+)|could not convert string to float): (?P<got>.*)", re.DOTALL
 )
+_OF_PYTHON = LookupError | NameError | AttributeError | TypeError | OverflowError | UnicodeError
+_OPEN_FILE = re.compile(r"'?<_io\.\w+[^>]*>'?|\bFrom_FileLike\.mf4\b")  # as asammdf names what it was given
 
 
 def what_is_wrong(error: Exception) -> str:
@@ -14,13 +16,13 @@ def what_is_wrong(error: Exception) -> str:
     text = str(error)
     if isinstance(error, struct.error | EOFError):
         return "it ends in the middle"
-    if isinstance(error, LookupError | NameError | AttributeError | TypeError):  # what a reader did not expect
+    if isinstance(error, _OF_PYTHON) or not text:  # what a reader did not expect, or has no word for
         return "its parts do not fit together"
     if number := _NO_NUMBER.fullmatch(text):
         return f"expected a {'hexadecimal ' if number['base'] == '16' else ''}number, got {printable(number['got'])}"
     if "values to unpack" in text:
         return f"expected {_CSV_COLUMNS}, as python-can writes them"
-    return printable(text) or type(error).__name__
+    return printable(_OPEN_FILE.sub("it", text))
 
 
 def printable(text: str) -> str:
