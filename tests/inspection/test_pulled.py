@@ -31,12 +31,27 @@ def test_a_start_to_speed_is_remarked(direction: float) -> None:
 
 
 @pytest.mark.parametrize(
-    ("least_mps", "takes_s", "is_told"), [(0.4, 12.0, True), (0.6, 12.0, False), (0.0, 12.0, True), (0.0, 8.0, False)]
+    ("least_mps", "takes_s", "is_told"), [(0.4, 30.0, True), (0.6, 30.0, False), (0.0, 12.0, True), (0.0, 8.0, False)]
 )
 def test_a_start_is_from_standstill_and_takes_its_time(least_mps: float, takes_s: float, is_told: bool) -> None:
     """To 10 m/s; a crawl is no standstill, and no train starts as quickly as the last."""
     starts_mps = np.clip(10.0 / takes_s * (TIMES_S - 20.0), least_mps, 15.0)
     assert bool(remarks(starts_mps, settings())) is is_told
+
+
+@pytest.mark.parametrize(("gained_mps2", "is_told"), [(0.4, True), (0.3, False), (1.3, False)])
+@pytest.mark.parametrize("direction", [1.0, -1.0])
+def test_what_gains_more_than_downhill_is_remarked(gained_mps2: float, is_told: bool, direction: float) -> None:
+    """A recording that begins on the way, and a locomotive that goes on after a stop signal has cleared."""
+    speeds_mps = direction * (12.0 + gained_mps2 * np.clip(TIMES_S - 50.0, 0.0, 12.0))
+    assert bool(remarks(speeds_mps, settings())) is is_told
+    assert not remarks(speeds_mps, settings(preset="train"))
+
+
+def test_a_gain_is_not_read_from_a_clock_that_was_set_back() -> None:
+    times_s = np.concatenate((TIMES_S, TIMES_S))
+    speeds_mps = 12.0 + 0.45 * np.clip(times_s - 50.0, 0.0, 12.0)
+    assert not list(remarks_on_pull(of_readings([speed_channel(0.02)], times_s, speeds_mps), settings()))
 
 
 def test_in_a_train_or_with_motors_it_is_as_told() -> None:
@@ -53,8 +68,9 @@ def test_in_a_train_or_with_motors_it_is_as_told() -> None:
         np.clip(0.15 * (TIMES_S - 20.0), 0.0, 6.0),
         np.where((TIMES_S > 30.0) & (TIMES_S < 35.0), 0.0, 20.0),
         np.where(TIMES_S < 35.0, 0.0, 20.0),
+        np.where(TIMES_S < 35.0, 12.0, 20.0),
     ],
-    ids=["rolls", "stops", "let go from a hump", "a sensor that says 0", "a sensor that says 0 at first"],
+    ids=["rolls", "stops", "let go from a hump", "a sensor that says 0", "a sensor that says 0 at first", "a jump"],
 )
 def test_what_rolls_is_not(speeds_mps: NDArray[np.float64]) -> None:
     assert not remarks(speeds_mps, settings())
