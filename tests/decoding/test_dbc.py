@@ -126,6 +126,7 @@ SG_MUL_VAL_ 1 other outer 3-3;
         (0x21, Presence.THERE),  # outer 1, inner 2
         (0x61, Presence.THERE),
         (0x23, Presence.ON_OTHER_PAGE),
+        (0x93, Presence.ON_OTHER_PAGE),  # outer 3: what would be the inner one is something else
         (0x31, Presence.UNKNOWN_PAGE),
         (0x29, Presence.UNKNOWN_PAGE),
     ],
@@ -135,6 +136,13 @@ def test_extended_multiplexing(tmp_path: Path, first_byte: int, presence: Presen
     payload = bytes([first_byte, 7, 0, 0, 0, 0, 0, 0])
     assert signal_field(message, "deep").presence(payload) is presence
     assert signal_field(message, "deep").presence(b"") is Presence.CUT_OFF
+
+
+def test_a_lower_multiplexer_that_a_short_frame_does_not_reach_is_not_missed_on_another_page(tmp_path: Path) -> None:
+    body = EXTENDED_MULTIPLEXING.replace("inner m1M : 4|4", "inner m1M : 32|4")
+    deep = signal_field(load_bus("b", [write(tmp_path, body)]).message("M"), "deep")
+    assert deep.presence(bytes([3, 7])) is Presence.ON_OTHER_PAGE
+    assert deep.presence(bytes([1, 7])) is Presence.CUT_OFF
 
 
 @pytest.mark.parametrize(

@@ -196,10 +196,13 @@ def _can_be(signal: Signal, code: int) -> bool:
 
 
 def _conditions(message: Message, signal: Signal, selected: frozenset[str]) -> tuple[MultiplexerCondition, ...]:
-    """The conditions for a signal to be there: its multiplexer's page and, with extended multiplexing, those above."""
+    """The conditions for a signal to be there: its multiplexer's page, after those above with extended multiplexing.
+
+    In this order: of a frame on another page of those above the bits of the lower one are something else.
+    """
     if signal.multiplexer_signal is None or signal.multiplexer_ids is None:
         return ()
     multiplexer = _field(message, _signal(message, signal.multiplexer_signal), selected)
     siblings = (s for s in message.signals if s.multiplexer_signal == multiplexer.name)
     known = frozenset(page for sibling in siblings for page in sibling.multiplexer_ids or ())
-    return MultiplexerCondition(multiplexer, frozenset(signal.multiplexer_ids), known), *multiplexer.conditions
+    return *multiplexer.conditions, MultiplexerCondition(multiplexer, frozenset(signal.multiplexer_ids), known)
