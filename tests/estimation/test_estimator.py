@@ -369,6 +369,33 @@ def test_a_gradient_lost_while_braking_is_not_taken_for_friction(gradient: float
     assert lost == pytest.approx([GRAVITY_MPS2 * gradient] * len(lost), abs=0.03)
 
 
+@pytest.mark.parametrize("speed_first", [True, False])
+def test_a_gradient_that_is_told_for_the_first_time_at_a_stand_is_no_part_of_what_was_learned(
+    speed_first: bool,
+) -> None:
+    """Nothing was: d is what there is beside the gradient. A restart goes on with a d that is so as well."""
+    estimator = Estimator(vehicle(2), EstimatorSettings(), [*channels(2), mapped(Quantity.GRADIENT, 0)])
+    told = [Sample(0.0, Quantity.SPEED, 0, 0.0, Quality.GOOD), Sample(0.0, Quantity.GRADIENT, 0, 0.02, Quality.GOOD)]
+    for sample in told if speed_first else reversed(told):
+        estimator.take(sample)
+    estimator.take(Sample(0.1, Quantity.SPEED, 0, 0.0, Quality.GOOD))
+    assert estimator.estimate(0.1).deceleration_mps2 == 0.0
+
+
+def test_what_undulates_is_looked_at_on_though_a_flag_is_lost_now_and_then() -> None:
+    """Only what is told of the gradient changes what d is."""
+    estimator = Estimator(vehicle(2), EstimatorSettings(), [*channels(2), mapped(Quantity.GRADIENT, 0)])
+    line, learned = estimator.core.now.line, []
+    for quantity in (Quantity.WSP_ACTIVE, Quantity.GRADIENT):
+        before = line.density
+        line.see_rolling(0.0, 0.0, 1e-6)
+        estimator.take(lapsed(1.0, quantity, 0))
+        line.see_rolling(400.0, 0.2, 1e-6)
+        learned.append(line.density > before)
+        line.forget_look()
+    assert learned == [True, False]
+
+
 def test_a_dynamic_brake_that_is_lost_while_it_acts_leaves_friction_unknown() -> None:
     """Nobody can tell then what the pads do; adhesion shows in what the wagon loses of its speed."""
     run = HelpedRun(torque_nm=TORQUE_NM)

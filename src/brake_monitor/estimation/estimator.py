@@ -184,12 +184,15 @@ class Estimator:
             if self._trust.is_lost(*measurand):
                 self._known.follow(sample.wheelset)
         elif sample.quantity is Quantity.GRADIENT and self._trust.is_lost(*measurand):
-            self._hand_over_gradient(told_gradient)
+            is_first = self._trust.condition(measurand) is InputCondition.AWAITED
+            if not (is_first and self._now.near_standstill):  # else d has learned nothing of that gradient
+                self._hand_over_gradient(told_gradient)
 
     def _lose_known(self, sample: Sample) -> None:
         told_gradient = self._now.gradient
         self._known.lose(sample)
-        self._hand_over_gradient(told_gradient)
+        if sample.quantity is Quantity.GRADIENT:
+            self._hand_over_gradient(told_gradient)
 
     def _hand_over_gradient(self, before: float) -> None:
         """Let d take over a gradient that is lost, or give back one that is told again: the track has not changed."""
