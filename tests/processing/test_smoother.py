@@ -270,6 +270,30 @@ def test_a_gap_and_time_that_jumps_back_harm_nothing() -> None:
         assert abs(estimate.adhesion) < 0.1
 
 
+def test_who_looks_back_has_seen_all_that_waited_for_slower_sensors_as_the_bus_fell_silent() -> None:
+    recording = played("leaf").recording
+    signals = recording.settings.signals
+    late = replace(
+        recording.settings,
+        signals=replace(
+            signals,
+            speed=replace(signals.speed, delay_s=0.3),
+            axle_speed=tuple(replace(one, timeout_s=2.0) for one in signals.axle_speed),
+        ),
+    )
+    pipeline = Pipeline.from_settings(late)
+    Smoother(pipeline)
+    assert pipeline.shadow is not None
+    last_s = EPOCH_S + 14.0
+    for frame in recording.frames:
+        if frame.time_s < last_s:
+            pipeline.step(frame)
+    assert pipeline.estimator.time_s < last_s - 0.2
+    for k in range(1, 20):
+        pipeline.step(Frame(last_s + 0.1 * k, "can0", 0x7FF, False, bytes(8)))
+    assert pipeline.shadow.time_s == pipeline.estimator.time_s > last_s - 0.1  # of the wheel speeds
+
+
 def test_a_preset_with_states_that_have_no_variance_is_smoothed_too() -> None:
     settings = replace(campaign_settings("laboratory"), output=OutputSettings(rate_hz=50.0))
     recording = simulate("leaf", settings, seed=5)

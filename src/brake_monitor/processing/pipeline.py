@@ -284,7 +284,10 @@ class Pipeline:
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:
             return NOTHING
-        estimate = self.taker.estimate(self.estimator.catch_up(time_s) if blind else None)
+        until_s = self.estimator.catch_up(time_s) if blind else None
+        if blind and self.shadow is not None:
+            self.shadow.catch_up(time_s)
+        estimate = self.taker.estimate(until_s)
         observed = NOTHING
         if turn != self._observed_turn:
             self._observed_turn = turn
