@@ -149,6 +149,7 @@ IMPOSSIBLE = {
     "radii of no rolling": {"wheel_rolled_s": (1.0, 0.0)},
     "radii of not a number": {"wheel_rolled_s": (1.0, nan)},
     "radii of another wagon": {"wheel_rolled_s": (1.0,)},
+    "radii of another wagon, configured anew": {"wheel_rolled_s": (1.0,), "configured_radius_m": (0.46, 0.46)},
     "no mass": {"mass_kg": 0.0},
     "time not a number": {"time_s": nan},
     "a line of cliffs": {"deceleration_per_metre": 1e-3},

@@ -39,6 +39,8 @@ class Learned(Struct, frozen=True):
         if then_m in (None, configured_radius_m) or not len(then_m) == len(self.wheel_radius_m) == count:
             return self
         rolled_s = self.wheel_rolled_s or (PRIOR_S,) * count
+        if len(rolled_s) != count:
+            return self  # as `check` will tell
         found = [
             (radius_m, own_s) if then == now else (now, PRIOR_S)
             for radius_m, own_s, then, now in zip(
