@@ -371,6 +371,11 @@ def test_the_ranges_in_a_recording_have_units(wagon: Wagon) -> None:
     assert "sanding 1 0 - - - - -" in lines
 
 
+def test_frames_of_another_width_are_not_of_a_message_for_its_number(wagon: Wagon) -> None:
+    wagon.record("1A0#100E100E00000000", "00000120#0000000000000000", "120#0000000000000000")
+    assert [line for line in wagon.lines(1) if line.startswith("can0 00000120")] == ["can0 00000120: 1"]
+
+
 def test_a_good_recording_leaves_no_question(capsys: pytest.CaptureFixture[str]) -> None:
     """BCU_Status has its load on one of its three pages."""
     code, lines = check(capsys, VEHICLES / "wagon.toml", GOLDEN)

@@ -196,13 +196,14 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
         )
     frames, ids = plural(traffic.unmapped.total(), "frame"), plural(len(traffic.unmapped), "id")
     lines.append(f"\n{frames} of {ids} without a mapped value")
+    extended_ones = {(matching.bus, matching.message) for matching in decoder.matchings if matching.extended}
     mapped = {
-        (channel.bus, can_id): channel.message
+        (channel.bus, (channel.bus, channel.message) in extended_ones, can_id): channel.message
         for channel in decoder.channels
         for can_id in traffic.found[channel.measurand].can_ids
     }
     for (bus, extended, can_id), count in traffic.unmapped.most_common(SHOWN_UNMAPPED):
-        message = mapped.get((bus, can_id))
+        message = mapped.get((bus, extended, can_id))
         of = "" if message is None else f", of {message} without its mapped signals"
         lines.append(f"  {bus} {can_id_text(can_id, extended)}: {count}{of}")
     if len(traffic.unmapped) > SHOWN_UNMAPPED:
