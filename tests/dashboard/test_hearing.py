@@ -13,6 +13,7 @@ import zenoh
 from brake_monitor.dashboard import hearing
 from brake_monitor.dashboard.fleet import Fleet
 from brake_monitor.dashboard.hearing import Hearing, Past
+from brake_monitor.desk.fleet_listener import ask
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.payloads import AlarmMessage
 from estimates import alarm
@@ -91,6 +92,15 @@ def test_who_came_often_and_does_not_answer_is_asked_again_once(monkeypatch: pyt
     assert hears._next_to_ask() == "wagon-1"
     with pytest.raises(Empty):
         hears._next_to_ask()
+
+
+def test_a_question_that_cannot_be_put_is_not_answered() -> None:
+    """It ends no thread of whoever asks."""
+    config = zenoh.Config()
+    config.insert_json5("scouting/multicast/enabled", "false")
+    session = zenoh.open(config)
+    session.close()
+    assert ask(session, f"{WAGON}/**", lambda _: None) is None
 
 
 def test_the_past_of_the_wagon_that_is_looked_at_is_asked_for_first() -> None:

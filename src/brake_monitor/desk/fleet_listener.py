@@ -144,9 +144,16 @@ def _awaited(call: Callable[[zenoh.Sample], None], stack: ExitStack) -> "zenoh.h
 
 
 def ask(session: zenoh.Session, selector: str, hear: Callable[[zenoh.Sample], None]) -> int | None:
-    """Put a question and hear each answer; how many came, None where somebody refuses to answer or is late."""
+    """Put a question and hear each answer; how many came, None where somebody refuses to answer or is late.
+
+    So it is where the question cannot be put.
+    """
     answers, is_whole = 0, True
-    for reply in session.get(selector, timeout=ANSWERS_WITHIN_S):
+    try:
+        replies = session.get(selector, timeout=ANSWERS_WITHIN_S)
+    except zenoh.ZError:  # nobody can be asked at the moment
+        return None
+    for reply in replies:
         if reply.ok is None:
             is_whole = False
         else:
