@@ -87,3 +87,31 @@ def test_a_light_brake_put_on_at_a_crest_is_not_taken_for_pads_that_have_faded(f
     seen.assert_honest()
     deviations = np.abs(seen.friction_error) / [[own.friction_std for own in e.wheelsets] for e in seen.told]
     assert np.mean(deviations < 1.96) > 0.9
+
+
+def steepens(before: float, after: float, later_m: float) -> Scenario:
+    """A light brake gets firmer within 3 s, as the line gets steeper: what it takes from the speed that gives back."""
+    speed_mps, from_s, light, firm = 24.0, 14.0, 0.1, 0.3
+    from_m = speed_mps * from_s + later_m
+    return Scenario(
+        name=f"from {1000 * before:.0f} to {1000 * after:.0f} per mille",
+        summary="coast, brake lightly from 6 s on and more firmly from 14 s on",
+        initial_speed_mps=speed_mps,
+        duration_s=45.0,
+        demand=Profile(((0.0, 0.0), (6.0, 0.0), (6.4, light), (from_s, light), (from_s + 3.0, firm))),
+        rail_over_time=Profile(((0.0, 0.45),)),
+        track=Track(
+            gradient=Profile(((0.0, before), (from_m, before), (from_m + 80.0, after))),
+            curvature_pm=Profile(((0.0, 0.0),)),
+        ),
+    )
+
+
+@pytest.mark.parametrize("scenario", [steepens(-0.005, -0.03, 0.0), steepens(-0.01, -0.03, 12.0)], ids=lambda s: s.name)
+def test_a_brake_that_follows_a_line_that_steepens_has_no_pads_that_rub_half_as_much(scenario: Scenario) -> None:
+    """It reads so at first. But wet pads are dry again within ten seconds: then it was the line."""
+    recording = drive(scenario)
+    judged = Judged.of(recording, play(recording.settings, list(recording.frames)))
+    judged.assert_honest()
+    known, after = recording.settings.estimator.friction_nominal_std, judged.during(33.0, 45.0)
+    assert np.abs(after.friction_error).max() < 2.0 * known

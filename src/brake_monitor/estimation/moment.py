@@ -37,6 +37,7 @@ class BrakeApplication:
         self.ends_at_once = False  # the last force that was told to press was gone faster than air can move
         self.strays_s = inf  # since when mean friction is off that; inf: it is not
         self.friction_is_doubted = False  # it was widened against d
+        self.impossible_s = inf  # since when mean friction is what no pads have; inf: it is not
         self.lately = BrakingReference(lasts_s=2.0)  # what a line does within some tens of metres shows by the one, ...
         self.longer_ago = BrakingReference(lasts_s=8.0)  # ... what discs do that dry by the other
         self.followed = 0.0  # share of friction by which it was widened, as forces may have followed it, not the line

@@ -15,6 +15,8 @@ STRAYS_SIGMAS = 1.5  # of the pads' mean friction, as it was known when the brak
 FAR_SIGMAS = 3.0  # ... by this, it is far off; ...
 BACK_SIGMAS = 1.0  # ... and so near it has come back
 STRAYS_S = 0.5  # ... for so long, it has strayed, or does no more: as a brake comes on, its timing lets it come and go
+NO_PADS = 0.4  # of their friction: no pads rub by so much less or more ...
+DRY_AGAIN_S = 10.0  # ... for longer than wet or snowy ones take to dry
 LINE_M = 1000.0  # within so long a way lines change, ...
 LARGEST_LINE_CHANGE_MPS2 = 0.15  # ... hardly ever by 15 per mille at once while the brake is on
 LEAST_PER_FRICTION_MPS2 = 1e-3  # d per unit of friction of a brake that hardly presses any more, to divide by
@@ -33,6 +35,7 @@ class FrictionDoubt(CoreNumbers):
         if self.densities.friction_doubted > 0.0:
             if now.any_friction_observable:
                 self.see_strayed_friction()
+                self.see_impossible_friction()
             self.see_friction_come_back()
         if self.friction_comes_back():
             self.doubt_friction_alone(doubted)
@@ -66,6 +69,25 @@ class FrictionDoubt(CoreNumbers):
         line_variance = applied.line_friction_std * applied.line_friction_std
         applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
         self.doubt_friction(line_variance)
+
+    def see_impossible_friction(self) -> None:
+        """Learn that the pads rub as they did, once their friction has been too far off that for too long.
+
+        Then d has what it had strayed by: the line has changed, under a driver whose brake went along with it.
+        """
+        now, applied = self.now, self.now.application
+        off = abs(self.mean_friction() - applied.friction)
+        if off <= NO_PADS * applied.friction or now.has_slid or not applied.friction_is_doubted:
+            applied.impossible_s = inf
+            return
+        applied.impossible_s = min(applied.impossible_s, now.time_s)
+        if now.time_s - applied.impossible_s < DRY_AGAIN_S:
+            return
+        applied.impossible_s = inf
+        for i in range(self.wheelset_count):
+            self.filter.learn(
+                self.friction_place + i, applied.friction, self.wheelset_count * applied.friction_variance
+            )
 
     def strayed_friction(self, sigmas: float) -> float:
         """By how much friction is off what was known of it as the brake application began; 0 within so many sigmas."""

@@ -55,7 +55,8 @@ class Prediction(RegimeWatch):
         applied, lag = self.now.application, self.lag_place
         applied.lag_s, applied.lag_variance = self.filter.x[lag], self.filter.covariance[lag][lag]
         applied.friction, applied.friction_variance = self.mean_friction(), self.mean_friction_variance()
-        applied.strays_s, applied.line_friction_std, applied.line_friction_share = inf, 0.0, 0.0
+        applied.strays_s = applied.impossible_s = inf
+        applied.line_friction_std = applied.line_friction_share = 0.0
         applied.friction_is_doubted, applied.back_from = applied.pull_variance > 0.0, 0.0
         applied.followed = 0.0
         self.now.force_trend.begin()
