@@ -119,6 +119,13 @@ def test_readings_of_a_wheel_speed_that_err_are_no_slides(lasts_s: float) -> Non
     assert renewals(lambda t: 0.0, slip, 20.0)[-1] == 0
 
 
+@pytest.mark.parametrize("slip", [0.5, 1.0])
+def test_a_wheel_speed_that_is_0_for_moments_and_back_at_once_is_no_slide(slip: float) -> None:
+    """A loose contact: no wheelset stops from one reading to the next. One that slips by half may have."""
+    counted = renewals(lambda t: 30e3, lambda t: slip if t % 1.0 < 0.3 else 0.0, 10.0)
+    assert (counted[-1] == 0) is (slip == 1.0)
+
+
 def test_what_slides_after_it_rolled_for_a_while_is_another_slide() -> None:
     """A vehicle speed that jumps now and then looks like one."""
     slip: Over = lambda t: 0.06 if t % 4.0 < 0.5 else 0.001  # noqa: E731

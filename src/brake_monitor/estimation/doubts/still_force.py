@@ -19,6 +19,7 @@ RENEWED_MPS = 0.5  # ... and in any case more than a vehicle speed that lags mak
 HELD_S = 0.1  # slip must have grown, or fallen, for this long
 ROLLED_S = 2.0  # without slip for so long, the next slide is another one
 STANDS_S = 1.0  # the force must have stood still since the wheelset slid first ...
+CUT_OUT_SLIP = 0.9  # a wheelset that slips so much from one reading to the next has not: its speed's sensor says 0
 STANDS_READINGS = 10  # ... and over this many readings: one that is told slowly may have moved between two of them
 
 
@@ -35,6 +36,8 @@ class StillForce:
         self._turns_s = inf  # since when slip has grown where it fell before, or the other way round
         self._turned = 0.0  # slip at its last turning point
         self._grows = False  # slip does, since then
+        self._slips = False  # it did at the last reading
+        self._is_cut_out = False  # the sensor of the wheel speed is
 
     def see(self, time_s: float, pressing_force_n: float, slip: float, speed_mps: float) -> bool:
         """Take force, slip and vehicle speed; True as the wheelset slides anew at a force not to be believed."""
@@ -43,6 +46,10 @@ class StillForce:
             self._await_slide()
         self._trembles = self._trembles or pressing_force_n != self._value
         slip = max(slip, 0.0)  # a wheelset that spins under its motor and finds back is not braked
+        self._is_cut_out = slip > CUT_OUT_SLIP and (self._is_cut_out or not self._slips)
+        self._slips = slip > SLIDES
+        if self._is_cut_out:
+            return False
         if slip > SLIDES:
             self._last_slid_s = time_s
         elif time_s - self._last_slid_s > ROLLED_S:
