@@ -1,6 +1,7 @@
 """A signal that is lost for moments, again and again, is told of; what a bus loses now and then is not."""
 
 from collections.abc import Callable, Iterable, Iterator
+from functools import reduce
 from math import floor, inf
 from random import Random
 
@@ -18,7 +19,7 @@ from brake_monitor.settings.alarm_settings import AlarmSettings, InputLostRule
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, drive
 from estimates import estimate, observation, report
-from faults import carries
+from faults import carries, error_code
 
 Fault = Callable[[list[Frame]], list[Frame]]
 KIND = "input_lost"
@@ -31,6 +32,13 @@ def loose(gap_s: float, every_s: float, message: str | None = None) -> Fault:
         return (frame.time_s - EPOCH_S) % every_s < gap_s and (message is None or carries(frame, message))
 
     return lambda frames: [frame for frame in frames if not gone(frame)]
+
+
+def not_available(sensor: str, for_s: float, every_s: float) -> Fault:
+    """As loose(), and its control unit says so."""
+    return lambda frames: reduce(
+        lambda told, k: error_code(sensor, every_s * k, every_s * k + for_s)(told), range(round(30.0 / every_s)), frames
+    )
 
 
 def slower(message: str, period_s: float) -> Fault:
@@ -70,8 +78,9 @@ def told(fault: Fault, often: int = AlarmSettings().input_lost.losses_per_minute
         (slower("BCU", 0.1), {1, 2}, "pressing_force"),  # the DBC says 10 ms, which makes a time-out of 50
         (loose(0.3, 1.5, "WSP"), {1, 2}, "axle_speed, wsp_active"),
         (loose(0.5, 1.5, "GNSS"), {None}, "speed"),
+        (not_available("pressing force", 0.3, 1.5), {1}, "pressing_force"),
     ],
-    ids=["time-out too short", "loose contact of wheel speeds", "loose contact of the vehicle speed"],
+    ids=["time-out too short", "loose contact of wheel speeds", "loose contact of the vehicle speed", "not available"],
 )
 def test_what_is_lost_for_moments_again_and_again_is_told_of(fault: Fault, places: set[int | None], named: str) -> None:
     found = told(fault)

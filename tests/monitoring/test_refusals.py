@@ -18,6 +18,24 @@ def test_what_still_arrives_is_not_lost_though_estimates_are_late(longest_delay_
         assert refusals.why_lost((Quantity.AXLE_SPEED, 0), later_s) is InputCondition.LOST
 
 
+@pytest.mark.parametrize(
+    ("quantity", "is_counted"),
+    [
+        (Quantity.PRESSING_FORCE, True),
+        (Quantity.WSP_ACTIVE, True),
+        (Quantity.SPEED, False),
+        (Quantity.AXLE_SPEED, False),
+    ],
+)
+def test_what_is_not_available_for_a_moment_is_lost_unless_it_is_a_speed(quantity: Quantity, is_counted: bool) -> None:
+    """Its control unit tells of the loose contact. Speeds are not available at a crawl, or in a tunnel."""
+    signal = Channel(quantity, 0, "can0", "M", "s", 0.02, 0.0, 0.5)
+    refusals = Refusals([signal])
+    for quality in (Quality.NOT_AVAILABLE, Quality.STALE):
+        refusals.refuse(Sample(10.0, quantity, 0, 0.0, quality))
+    assert (refusals.losses[signal.measurand] == 1) is is_counted
+
+
 def test_a_signal_is_lost_each_time_that_nothing_arrives_of_it() -> None:
     speed = Channel(Quantity.SPEED, 0, "can0", "M", "v", 0.02, 0.0, 0.5)
     refusals = Refusals([speed])

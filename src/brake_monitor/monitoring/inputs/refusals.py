@@ -3,13 +3,14 @@
 from collections import Counter
 from collections.abc import Iterable
 
-from brake_monitor.samples import Channel, InputCondition, Measurand, Quality, Sample
+from brake_monitor.samples import Channel, InputCondition, Measurand, Quality, Quantity, Sample
 
 WHY = {
     Quality.OUT_OF_RANGE: InputCondition.OUT_OF_RANGE,
     Quality.NOT_AVAILABLE: InputCondition.NOT_AVAILABLE,
     Quality.BAD_COUNTER: InputCondition.BAD_COUNTER,
 }
+CUT_OUT = {Quantity.SPEED, Quantity.AXLE_SPEED}  # these are not available while the wagon is slow, again and again
 STALE = Quality.STALE
 LOST = InputCondition.LOST
 
@@ -27,7 +28,7 @@ class Refusals:
         """Note a sample that is not good."""
         if sample.quality is not STALE:
             self.refused[sample.measurand] = sample
-        elif self.why_lost(sample.measurand, sample.time_s) is LOST:
+        elif sample.quantity not in CUT_OUT or self.why_lost(sample.measurand, sample.time_s) is LOST:
             self.losses[sample.measurand] += 1
 
     def why_lost(self, measurand: Measurand, time_s: float) -> InputCondition:
