@@ -804,6 +804,19 @@ class TestDraggingBrake:
             "The brake of wheelset 1 still presses with 6.0 kN while the others are released, at 72 km/h."
         )
 
+    @pytest.mark.parametrize("later_n", [6e3, 12e3])
+    def test_one_that_presses_harder_again_is_not_sure_to_drag(self, later_n: float) -> None:
+        """The driver had eased all, and brakes on: it is the other one that has lost its air meanwhile."""
+
+        def own(time_s: float) -> float:
+            return braked(time_s) if time_s < 30.0 else 6e3 if time_s < 45.0 else later_n
+
+        both = play(self.rule(), lambda t: (own(t), own(t) if t < 40.0 else 0.0), until_s=60.0)
+        (last, _) = both[-1]
+        assert isinstance(last, Finding)
+        assert last.latches is (later_n == 6e3)
+        assert ("Or the wagon is braking" in last.message) is (later_n != 6e3)
+
     def test_the_one_of_the_others_that_presses_most_is_told(self) -> None:
         stay = play(self.rule(3), lambda t: tuple(max(braked(t), left_n * (t >= 40.0)) for left_n in (6e3, 900.0, 0.0)))
         assert isinstance(stay[-1][0], Finding)

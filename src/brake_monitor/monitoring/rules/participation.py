@@ -24,7 +24,8 @@ class Participation:
         self._is_over = self._is_whole = False  # all are released, or all press: more of the same says nothing new
         self.begun_s = inf  # inf: none goes on
         self.took_part = [False] * wheelset_count
-        self.eased = [False] * wheelset_count  # which ones pressed less as the last one left its disc
+        self.eased = [False] * wheelset_count  # which ones pressed less as the last one left its disc, no more since
+        self._left_n: Sequence[float] = ()  # what each pressed with then
         self._presses = [False] * wheelset_count
         self._lately: deque[Sequence[float]] = deque(maxlen=round(RELEASE_S / OBSERVATION_PERIOD_S))  # forces
 
@@ -40,6 +41,10 @@ class Participation:
         if any(pressed and left for pressed, left in zip(self._presses, released, strict=True)):
             before_n = [max(of_one) for of_one in zip(*self._lately, strict=True)]
             self.eased = [now_n < EASED * most_n for now_n, most_n in zip(forces_n, before_n, strict=True)]
+            self._left_n = forces_n
+        elif True in self.eased:  # a brake that is being released presses no harder again
+            grown = [EASED * now_n > left_n for now_n, left_n in zip(forces_n, self._left_n, strict=True)]
+            self.eased = [eased and not has_grown for eased, has_grown in zip(self.eased, grown, strict=True)]
         self._presses = [
             force_n >= self._contact_force_n or (pressed and not left)
             for force_n, pressed, left in zip(forces_n, self._presses, released, strict=True)
