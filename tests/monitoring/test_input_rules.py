@@ -97,6 +97,14 @@ def test_what_is_wrong_with_a_wheelsets_signal_is_told_of_it_with_what_to_check(
     assert second.message.endswith(f"check sensor and wiring{to_check}.")
 
 
+@pytest.mark.parametrize("condition", [InputCondition.NOT_AVAILABLE, InputCondition.OUT_OF_RANGE])
+def test_a_vehicle_speed_that_is_not_available_may_be_a_receivers_without_a_sky(condition: InputCondition) -> None:
+    inputs = (report(Quantity.SPEED, 0, "GNSS.v", condition),)
+    wagon, *_ = InputImplausible(AlarmSettings().input_implausible, 2).judge(observation(estimate(), inputs))
+    assert isinstance(wagon, Finding)
+    assert ("in a tunnel" in wagon.message) is (condition is InputCondition.NOT_AVAILABLE)
+
+
 @pytest.mark.parametrize(("flags", "told_of"), [(1, 0), (2, 1)])
 def test_a_flag_that_there_is_but_one_of_is_the_wagons(flags: int, told_of: int) -> None:
     inputs = tuple(report(Quantity.WSP_ACTIVE, i, f"WSP.{i}", GOOD if i else FROZEN) for i in range(flags))

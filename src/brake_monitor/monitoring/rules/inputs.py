@@ -34,9 +34,10 @@ IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.SCATTERED: "scatters far beyond its noise_std",
     InputCondition.CONTRADICTED: "contradicts the others",
 }
-TO_CHECK: Mapping[Quantity, str] = {  # where a signal contradicts the others, beside sensor and wiring
-    Quantity.AXLE_SPEED: ", and that the wheelset turns",
-    Quantity.PRESSING_FORCE: ", and that it measures what reaches the cylinder",
+TO_CHECK: Mapping[tuple[InputCondition, Quantity], str] = {  # beside sensor and wiring
+    (InputCondition.CONTRADICTED, Quantity.AXLE_SPEED): ", and that the wheelset turns",
+    (InputCondition.CONTRADICTED, Quantity.PRESSING_FORCE): ", and that it measures what reaches the cylinder",
+    (InputCondition.NOT_AVAILABLE, Quantity.SPEED): ", unless it is a satellite receiver's in a tunnel",
 }
 CHECK_TIME_OUT = ". Check the contacts, and that timeout_s is longer than it takes from one message to the next"
 NEVER: Mapping[Measurand, int] = {}
@@ -146,8 +147,8 @@ class InputImplausible:
             unsure = any(report.condition in SILENT and report.channel.source in self._unsure for report in reports)
             return UNKNOWN if unsure else FINE
         what = "; ".join(f"{named(report)}{of(wheelset)} {IMPLAUSIBLE[report.condition]}" for report in wrong)
-        contradicted = [report.channel.quantity for report in wrong if report.condition is InputCondition.CONTRADICTED]
-        too = "".join(dict.fromkeys(TO_CHECK.get(quantity, "") for quantity in contradicted))
+        to_check = [TO_CHECK.get((report.condition, report.channel.quantity), "") for report in wrong]
+        too = "".join(dict.fromkeys(to_check))
         if any(report.condition is InputCondition.REPEATED for report in wrong):
             too += ", and the gateway that may tell again what it was told last"
         said = f"{what[0].upper()}{what[1:]}: check sensor and wiring{too}."
