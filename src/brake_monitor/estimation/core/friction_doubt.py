@@ -84,6 +84,7 @@ class FrictionDoubt(CoreNumbers):
         if now.time_s - applied.impossible_s < DRY_AGAIN_S:
             return
         applied.impossible_s = inf
+        self.doubt_friction(off * off)  # what has led it there tells nothing
         for i in range(self.wheelset_count):
             self.filter.learn(
                 self.friction_place + i, applied.friction, self.wheelset_count * applied.friction_variance
