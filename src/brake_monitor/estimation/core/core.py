@@ -8,7 +8,7 @@ from math import inf, isnan
 from brake_monitor.estimation.core.correction import ASIDE, FROZEN, NOT_ORDINARY, TAKEN, Correction
 from brake_monitor.estimation.core.prediction import Prediction
 from brake_monitor.estimation.doubts.consistency import DEAD, REPEATED
-from brake_monitor.estimation.doubts.frozen_reading import QUICK_ABOVE_MPS
+from brake_monitor.estimation.doubts.frozen_reading import HABIT_ABOVE_MPS
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.samples import Quantity
@@ -172,7 +172,7 @@ class Core(Prediction, Correction):
             is_known = self.any_wheel_speed_is_known()
         is_known = is_known and time_s - self.now.time_s <= LONGEST_STEP_S  # else the filter starts anew
         frozen = self.readings[index].frozen
-        is_frozen = frozen.see(time_s, value, reference, is_known, index == n and reference > QUICK_ABOVE_MPS)
+        is_frozen = frozen.see(time_s, value, reference, is_known, index == n and reference > HABIT_ABOVE_MPS)
         if index < n and value == 0.0:  # locked: it stands still, rightly
             return False
         self.see_still_speeds(time_s, frozen.repeats, frozen.turns)

@@ -3,13 +3,13 @@
 from math import inf, log
 
 FROZEN_S = 1.0  # longer than a slow satellite receiver repeats its last fix
-BY_CHANCE = log(1e-6)  # a run of repeats that is less probable by the sensor's own habit is none of chance
-LEAST_HABIT = 0.02  # share of readings that repeat the one before: how often they do is known no better
-HABIT_READINGS = 100.0  # in that share, about
-SHOWN_SIGMAS = 3.0  # as `MOVED_SIGMAS`, of one that repeats itself against its habit
-QUICK_ABOVE_MPS = 2.0  # below about 1 km/h radars hold their last value
 FROZEN_READINGS = 10
 MOVED_SIGMAS = 10.0  # of the reading's noise, quantisation included: about three of its smallest steps
+HABIT_ABOVE_MPS = 2.0  # below about 1 km/h radars hold their last value
+HABIT_READINGS = 100.0  # so many, about, tell how often a sensor repeats itself
+LEAST_HABIT = 0.02  # a share of them that is known no better
+BY_CHANCE = log(1e-6)  # of a run of repeats, by that share: what is less probable is no chance
+SHOWN_SIGMAS = 3.0  # as MOVED_SIGMAS, of a sensor that repeats itself against its habit
 
 
 class FrozenReading:
@@ -51,10 +51,12 @@ class FrozenReading:
             return False
         self._repeated += 1
         if is_known and not self._is_frozen:
-            moved_sigmas = abs(reference - self._reference) / self._noise_std
+            passed = abs(reference - self._reference)
             is_long = self._repeated >= FROZEN_READINGS and time_s - self.since_s >= FROZEN_S
             is_odd = has_habit and self._repeated * log(max(self._habit, LEAST_HABIT)) < BY_CHANCE
-            self._is_frozen = (is_long and moved_sigmas > MOVED_SIGMAS) or (is_odd and moved_sigmas > SHOWN_SIGMAS)
+            self._is_frozen = (is_long and passed > MOVED_SIGMAS * self._noise_std) or (
+                is_odd and passed > SHOWN_SIGMAS * self._noise_std
+            )
         return self._is_frozen
 
     def _learn_habit(self) -> None:
