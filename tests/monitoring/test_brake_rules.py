@@ -367,8 +367,16 @@ class TestUnevenBraking:
         assert isinstance(verdicts[1], Finding)
         assert "wheelset 2 braked 40% less" in verdicts[1].message.lower()
         assert "brake gear or valve" in verdicts[1].message
+        assert "of either" not in verdicts[1].message
         assert verdicts[1].misled_by is None  # friction is told apart by the force
         assert verdicts[1].evidence["pressing_force_apart"] == pytest.approx(-0.4)
+
+    def test_of_two_either_may_press_as_it_should_not(self) -> None:
+        """One that was not released presses more than the other in the next application: that one is sound."""
+        weak = wheelset_stop(pressing_force_n=0.4 * FULL_N, torque_nm=0.4 * 0.34 * FULL_N * 0.247)
+        of_one, _ = told(uneven(2), stop(weak, wheelset_stop()))
+        assert isinstance(of_one, Finding)
+        assert of_one.message.endswith("(its pressing force differs as much: brake gear or valve of either).")
 
     def test_more_torque_with_less_pressing_force_is_not_the_brake_gears_fault(self) -> None:
         grabs = wheelset_stop(0.6, pressing_force_n=0.7 * FULL_N, torque_nm=1.4 * 0.34 * FULL_N * 0.247)

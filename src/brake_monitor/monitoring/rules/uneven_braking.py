@@ -64,7 +64,8 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
         alike = "with the same pressing force: pads or brake gear"
         if apart < 0.0:  # creep is told against the rolling before, in which such a brake retards as well
             alike += ", or it drags when released"
-        cause = "its pressing force differs as much: brake gear or valve" if by_force else alike
+        whose = " of either" if len(record.wheelsets) == 2 else ""  # the other one may press too much
+        cause = f"its pressing force differs as much: brake gear or valve{whose}" if by_force else alike
         return Finding(
             Severity.ALARM if abs(apart) > self.settings.alarm else Severity.WARNING,
             f"Wheelset {i + 1} braked {abs(apart):.0%} {'more' if apart > 0.0 else 'less'} than the others in the last "
