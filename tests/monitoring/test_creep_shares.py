@@ -22,8 +22,13 @@ def stop(
     forces_n: Sequence[float] | None = None,
     creep: float = CREEP,
     creep_std: float = 2e-5,
+    creep_err: float = 0.0,
+    adhesion: float | None = None,
 ) -> ApplicationRecord:
-    """An application in which the wheelsets creep by these shares; the estimator tells the same friction of all."""
+    """An application in which the wheelsets creep by these shares; the estimator tells the same friction of all.
+
+    `creep_err`: so much less they seem to, by what the vehicle's speed errs by.
+    """
     wheelsets = tuple(
         WheelsetRecord(
             energy_j=1.5e6,
@@ -37,7 +42,8 @@ def stop(
             wsp_actions=0,
             greatest_slip=0.003,
             peak_disc_temperature_c=60.0,
-            creep=share * creep,
+            creep=share * creep - creep_err,
+            adhesion=adhesion,
             creep_std=creep_std,
         )
         for share, force_n in zip(shares, forces_n or [40e3] * len(shares), strict=True)
@@ -224,3 +230,68 @@ def test_a_weak_brake_is_told_by_the_applications_in_which_the_rail_gives_ample(
     near_the_peak = [stop((0.2, 1.9, 1.0, 0.9), 0.34, start_s=200.0 * k + 50.0, creep=3.0 * CREEP) for k in range(4)]
     mixed = sorted([*weak, *near_the_peak], key=lambda record: record.start_time_s)
     assert frictions(*mixed) == pytest.approx([0.34 * share for share in (0.5, 1.1, 1.2, 1.2)])
+
+
+TOO_SLOW = 20e-4  # that a vehicle speed reads while the wagon brakes, relative to it: more than wheelsets creep
+
+
+def lagging(bears: float, stiffness: float, times: int = 5, force_n: float = 40e3) -> float:
+    """The friction told of one of four that bears so much of what each of the others does, over theirs."""
+    whole = (3.0 + bears) / 4.0
+    stops = [
+        stop(
+            (bears / whole, *[1.0 / whole] * 3),
+            0.34,
+            start_s=100.0 * k,
+            forces_n=(force_n, *[40e3] * 3),
+            creep=0.06 / stiffness,
+            creep_err=TOO_SLOW,
+            adhesion=0.06,
+        )
+        for k in range(times)
+    ]
+    told = told_apart(stops, NOMINAL).wheelsets
+    assert told[0].friction is not None
+    assert told[1].friction is not None
+    return told[0].friction / told[1].friction
+
+
+@pytest.mark.parametrize(("bears", "stiffness"), [(0.0, 60.0), (0.0, 100.0), (0.3, 60.0)])
+def test_one_that_bears_little_lags_behind_the_others_though_the_vehicles_speed_hides_how_much_they_creep(
+    bears: float, stiffness: float
+) -> None:
+    """It bears no more than is told of it."""
+    assert bears < lagging(bears, stiffness) < 0.8
+
+
+@pytest.mark.parametrize(
+    ("bears", "stiffness"),
+    [
+        (0.8, 30.0),  # unlike wheelsets creep so on the softest contact
+        (0.5, 120.0),  # a stiff contact shows no more
+        (0.0, 180.0),
+    ],
+)
+def test_what_may_be_unlike_wheelsets_on_a_soft_contact_is_none_of_the_brake(bears: float, stiffness: float) -> None:
+    assert lagging(bears, stiffness) == 1.0
+
+
+def test_it_lags_time_and_again_and_not_as_its_force_says() -> None:
+    assert lagging(0.0, 60.0, times=3) == 1.0
+    assert lagging(0.0, 60.0, force_n=20e3) == 1.0
+
+
+@pytest.mark.parametrize(("creep", "is_told"), [(3.0 * CREEP, False), (0.1 * CREEP, True)])
+def test_near_the_rails_limit_it_is_the_others_that_creep(creep: float, is_told: bool) -> None:
+    """Where the rail gives ample all creep alike. It is as far behind where hardly any creep is to be seen."""
+    ample = [stop((1.0, 1.0, 1.0, 1.0), 0.34, start_s=100.0 * k, adhesion=0.06) for k in range(4)]
+    behind = 2.5e-3 / creep
+    shares = (1.0 - 0.75 * behind, *[1.0 + 0.25 * behind] * 3)
+    then = [stop(shares, 0.34, start_s=400.0 + 100.0 * k, creep=creep, adhesion=0.06) for k in range(6)]
+    assert (frictions(*ample, *then) != [0.34] * 4) is is_told
+
+
+def test_a_stop_whose_adhesion_is_not_known_does_not_say_that_one_lags() -> None:
+    """As of a memory from before that was kept."""
+    stops = [stop((0.0, 4 / 3, 4 / 3, 4 / 3), 0.34, start_s=100.0 * k, creep_err=TOO_SLOW) for k in range(5)]
+    assert frictions(*stops) == [0.34] * 4

@@ -24,6 +24,7 @@ class WheelsetRecord(Struct, frozen=True):
     creep: float | None = None  # mean of slip against free rolling before, if it goes with adhesion; at mean wheel load
     creep_std: float | None = None  # by the noise of its speed; older memories have none
     friction_gradient_std: float | None = None  # the gradient's part of friction_std; older memories have none
+    adhesion: float | None = None  # mean while creep was told; older memories have none
 
     @property
     def own_friction_std(self) -> float:

@@ -273,6 +273,7 @@ class _RunningWheelset:
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
             torque_nm=self.settled_energy_j / self._turned_rad if settled else None,
             creep=self.creep_sum / self._crept_rad if creep_tells and self._crept_rad > 0.0 else None,
+            adhesion=self.adhesion_sum / self._crept_rad if creep_tells and self._crept_rad > 0.0 else None,
             creep_std=None if self._last_creep is None else self._last_creep.std(self._crept_s),
             sliding_distance_m=last.sliding_distance_m - first.sliding_distance_m,
             wsp_actions=last.wsp_actions - first.wsp_actions,

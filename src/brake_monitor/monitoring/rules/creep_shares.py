@@ -6,7 +6,7 @@ them fails to give. Their wheelsets, however, creep as much as their own brakes 
 
 from collections.abc import Sequence
 from math import inf, sqrt
-from statistics import mean
+from statistics import mean, median
 from typing import NamedTuple
 
 from msgspec.structs import replace
@@ -23,6 +23,10 @@ APART = 0.20  # of an equal share
 SURELY_APART = 0.28  # of what the others bear, time and again: 0.20 may be its load, its profile, or a better rail
 STEEP = 1.5  # times the creep that others show under the same torque: towards the peak that grows faster than adhesion
 AHEAD = 2e-4  # no brake makes a wheelset run ahead of free rolling: it is, or was, in a curve
+SOFTEST = 30.0  # adhesion over creep, of the softest contact
+LAGS = 0.20  # of the others' creep on that: more than what unlike wheelsets creep apart there
+STIFF = 60.0  # below that it may be the rail that gives no more
+BY_ITS_FORCE = 0.9  # a share that is less by its pressing force is that force's
 AGREEING_APPLICATIONS = 4  # at least: in one or two a curve may make a share look unequal
 # Student's t by which a share in 4, 5, … applications is sure to 99.9 %: nobody knows how much curves do, and every
 # wheelset is looked at after every application.
@@ -49,18 +53,19 @@ def told_apart(applications: Sequence[ApplicationRecord], nominal: float) -> App
 
     Where it was too light to show creep, the last one that did show it counts. Creep may be believed when the wagon's
     friction is off and a wheelset stands apart, or when sharing it out leaves all wheelsets but one with nominal
-    friction. Or the last applications, each elsewhere, agree that one wheelset stands apart; then all of them
-    count.
+    friction. Or the last applications, each elsewhere, agree that one wheelset stands apart, or that it lags behind the
+    others by more than it could if it bore as much; then all of them count.
     """
-    last, applications = applications[-1], _with_proportional_creep(applications)
-    lately = _last_shares(applications)
-    if lately is None:
-        return last
-    shared = _shared_out(last, lately)
-    is_apart = any(share.is_apart for share in lately)
-    if is_apart and (_is_off(last, nominal) or _has_one_culprit(shared, nominal)):
-        return shared
-    agreed = _agreed(_in_different_places(applications), lately)
+    last, proportional = applications[-1], _with_proportional_creep(applications)
+    lately = _last_shares(proportional)
+    agreed = None
+    if lately is not None:
+        shared = _shared_out(last, lately)
+        is_apart = any(share.is_apart for share in lately)
+        if is_apart and (_is_off(last, nominal) or _has_one_culprit(shared, nominal)):
+            return shared
+        agreed = _agreed(_in_different_places(proportional), lately)
+    agreed = agreed or _lagging(_in_different_places(applications))
     return last if agreed is None else _shared_out(last, agreed)
 
 
@@ -188,6 +193,64 @@ def _agreed(newest_first: Sequence[ApplicationRecord], lately: Sequence[Share]) 
         ):
             return [share._replace(value=max(share.value, 0.0)) for share, _ in fits]
     return None
+
+
+def _lagging(newest_first: Sequence[ApplicationRecord]) -> list[Share] | None:
+    """The shares by which one wheelset bears less than the others on the softest contact; None if none surely does.
+
+    What the vehicle's speed errs by is in the creep of all alike. Where it hides how much they creep, it still shows
+    that one creeps less than the others.
+    """
+    stiff = [record for record in newest_first if _is_stiff(record)]
+    for count, sure_t in enumerate(SURE_T, AGREEING_APPLICATIONS):
+        if len(stiff) < count:
+            break
+        for i in range(len(stiff[0].wheelsets)):
+            lacks, scatter, noise_std = _lack(i, stiff[:count])
+            is_sure = lacks > max(sure_t * scatter, CLEAR_SIGMAS * noise_std)
+            if is_sure and min(lacks, _lack_in(i, stiff[0])) > LAGS:
+                others = len(stiff[0].wheelsets) - 1
+                whole = (others + max(1.0 - lacks, 0.0)) / (others + 1)
+                own = max(1.0 - lacks, 0.0) / whole
+                return [Share(own if k == i else 1.0 / whole, 0.0, 1.0) for k in range(others + 1)]
+    return None
+
+
+def _is_stiff(record: ApplicationRecord) -> bool:
+    """Whether adhesion and creep of all are known, and the rail gave far more than they crept for."""
+    whole, adhesion = _mean_creep(record), [own.adhesion for own in record.wheelsets if own.adhesion is not None]
+    return whole is not None and len(adhesion) == len(record.wheelsets) and STIFF * whole < mean(adhesion)
+
+
+def _lack(i: int, records: Sequence[ApplicationRecord]) -> tuple[float, float, float]:
+    """By how much of the others' creep wheelset i lags in these, on the softest contact; its scatter and its noise.
+
+    As in `_fit`, the harder one brakes, the more it says.
+    """
+    lacks, weights = [_lack_in(i, record) for record in records], [_others_adhesion(record) ** 2 for record in records]
+    whole = sum(weights)
+    value = sum(weight * lack for weight, lack in zip(weights, lacks, strict=True)) / whole
+    off = sum(weight * (lack - value) ** 2 for weight, lack in zip(weights, lacks, strict=True))
+    noise = sum(
+        weight * (SOFTEST * (one.wheelsets[i].creep_std or 0.0)) ** 2
+        for weight, one in zip(weights, records, strict=True)
+    )
+    return value, sqrt(off / (len(records) - 1) / whole), sqrt(noise) / whole
+
+
+def _lack_in(i: int, record: ApplicationRecord) -> float:
+    """The same in one application; 0 where its pressing force says as much."""
+    torques_nm = [own.torque_nm or 0.0 for own in record.wheelsets]
+    if torques_nm[i] < BY_ITS_FORCE * median(torques_nm):
+        return 0.0
+    others = median([own.creep or 0.0 for k, own in enumerate(record.wheelsets) if k != i])
+    return SOFTEST * (others - (record.wheelsets[i].creep or 0.0)) / _others_adhesion(record)
+
+
+def _others_adhesion(record: ApplicationRecord) -> float:
+    """At the most: if the one that lags bears nothing, the others bear what the estimator spreads over all."""
+    count = len(record.wheelsets)
+    return mean(own.adhesion or 0.0 for own in record.wheelsets) * count / (count - 1)
 
 
 def _fit(i: int, records: Sequence[ApplicationRecord]) -> tuple[Share, float]:
