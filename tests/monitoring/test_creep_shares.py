@@ -291,6 +291,14 @@ def test_near_the_rails_limit_it_is_the_others_that_creep(creep: float, is_told:
     assert (frictions(*ample, *then) != [0.34] * 4) is is_told
 
 
+@pytest.mark.parametrize("adhesion", [0.0, -0.01, 0.008])
+def test_brakings_that_hardly_use_the_rail_do_not_say_that_one_lags(adhesion: float) -> None:
+    """On the softest contact they would make less creep than curves do."""
+    shares = (-2.0, 2.0, 2.0, 2.0)
+    light = [stop(shares, 0.34, start_s=100.0 * k, creep=1e-4, creep_err=TOO_SLOW, adhesion=adhesion) for k in range(6)]
+    assert frictions(*light) == [0.34] * 4
+
+
 def test_a_stop_whose_adhesion_is_not_known_does_not_say_that_one_lags() -> None:
     """As of a memory from before that was kept."""
     stops = [stop((0.0, 4 / 3, 4 / 3, 4 / 3), 0.34, start_s=100.0 * k, creep_err=TOO_SLOW) for k in range(5)]

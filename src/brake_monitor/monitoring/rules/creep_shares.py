@@ -217,9 +217,11 @@ def _lagging(newest_first: Sequence[ApplicationRecord]) -> list[Share] | None:
 
 
 def _is_stiff(record: ApplicationRecord) -> bool:
-    """Whether adhesion and creep of all are known, and the rail gave far more than they crept for."""
-    whole, adhesion = _mean_creep(record), [own.adhesion for own in record.wheelsets if own.adhesion is not None]
-    return whole is not None and len(adhesion) == len(record.wheelsets) and STIFF * whole < mean(adhesion)
+    """Whether adhesion and creep of all are known, enough to tell, and the rail gave far more than they crept for."""
+    whole, known = _mean_creep(record), [own.adhesion for own in record.wheelsets if own.adhesion is not None]
+    if whole is None or len(known) < len(record.wheelsets):
+        return False
+    return mean(known) > max(SOFTEST * LEAST_CREEP, STIFF * whole)
 
 
 def _lack(i: int, records: Sequence[ApplicationRecord]) -> tuple[float, float, float]:
