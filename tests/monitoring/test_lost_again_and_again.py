@@ -16,10 +16,11 @@ from brake_monitor.monitoring.rules.all_rules import wagon_rules
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings, InputLostRule
-from brake_monitor.simulator.simulate import EPOCH_S
-from drives import DRY, drive
+from brake_monitor.simulator.plant import Modifiers
+from brake_monitor.simulator.simulate import EPOCH_S, Recording
+from drives import DRY, SLIDE, drive
 from estimates import estimate, observation, report
-from faults import carries, error_code
+from faults import carries, error_code, signal_changed
 
 Fault = Callable[[list[Frame]], list[Frame]]
 KIND = "input_lost"
@@ -39,6 +40,11 @@ def not_available(sensor: str, for_s: float, every_s: float) -> Fault:
     return lambda frames: reduce(
         lambda told, k: error_code(sensor, every_s * k, every_s * k + for_s)(told), range(round(30.0 / every_s)), frames
     )
+
+
+def drops_to_0(sensor: str, for_s: float, every_s: float) -> Fault:
+    """As loose(), and what reads it takes that for 0."""
+    return signal_changed(sensor, lambda time_s, value: 0.0 if time_s % every_s < for_s else value, 0.0, inf)
 
 
 def slower(message: str, period_s: float) -> Fault:
@@ -63,9 +69,11 @@ def fewer(share: float) -> Fault:
     return lambda frames: [frame for frame in frames if chance.random() >= share]
 
 
-def told(fault: Fault, often: int = AlarmSettings().input_lost.losses_per_minute) -> list[Alarm]:
+def told(
+    fault: Fault, often: int = AlarmSettings().input_lost.losses_per_minute, recording: Recording | None = None
+) -> list[Alarm]:
     """Each alarm about lost signals as it was raised, in half a minute."""
-    recording = drive(DRY)
+    recording = recording or drive(DRY)
     rules = AlarmSettings(input_lost=InputLostRule(losses_per_minute=often))
     pipeline = Pipeline.from_settings(replace(recording.settings, alarms=rules))
     given = [alarm for frame in fault(recording.frames) for alarm in pipeline.step(frame).alarms if alarm.kind == KIND]
@@ -79,8 +87,15 @@ def told(fault: Fault, often: int = AlarmSettings().input_lost.losses_per_minute
         (loose(0.3, 1.5, "WSP"), {1, 2}, "axle_speed, wsp_active"),
         (loose(0.5, 1.5, "GNSS"), {None}, "speed"),
         (not_available("pressing force", 0.3, 1.5), {1}, "pressing_force"),
+        (drops_to_0("wheel speed", 0.2, 1.5), {1}, "axle_speed"),
     ],
-    ids=["time-out too short", "loose contact of wheel speeds", "loose contact of the vehicle speed", "not available"],
+    ids=[
+        "time-out too short",
+        "loose contact of wheel speeds",
+        "loose contact of the vehicle speed",
+        "not available",
+        "a wheel speed that drops to 0",
+    ],
 )
 def test_what_is_lost_for_moments_again_and_again_is_told_of(fault: Fault, places: set[int | None], named: str) -> None:
     found = told(fault)
@@ -95,6 +110,11 @@ def test_what_is_lost_for_moments_again_and_again_is_told_of(fault: Fault, place
 @pytest.mark.parametrize("fault", [fewer(0.2), loose(0.8, 1.5)], ids=["a fifth of the frames", "gaps of the bus"])
 def test_what_a_bus_loses_is_no_fault_of_a_signal(fault: Fault) -> None:
     assert told(fault, often=7) == []
+
+
+@pytest.mark.parametrize("slide_protection", [True, False], ids=["slides", "locked"])
+def test_wheelsets_that_slide_or_lock_are_no_signals_that_are_lost(slide_protection: bool) -> None:
+    assert told(list, often=1, recording=drive(SLIDE, Modifiers(slide_protection=slide_protection))) == []
 
 
 class Wagon:

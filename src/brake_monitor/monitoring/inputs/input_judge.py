@@ -113,6 +113,7 @@ class InputJudge:
 
         It thinks the same as long as its `changes` are as many.
         """
+        changes += self._wheels.drops
         if self._alone.not_good or changes != self._changes:
             self._judge_alone(estimate.time_s, len(estimate.wheelsets), condition)
             self._changes = changes
@@ -166,6 +167,8 @@ class InputJudge:
             if now is LOST:
                 now = self._refusals.why_lost(before.measurand, time_s)
             losses = self._refusals.losses[before.measurand]
+            if before.channel.quantity is AXLE_SPEED:
+                losses += self._wheels.wheels[before.channel.wheelset].drops
             is_same = now is before.condition and losses == before.losses
             judged.append(before if is_same else replace(before, condition=now, losses=losses))
         self._alone = alone = InputReports(judged)

@@ -71,6 +71,7 @@ class WatchedWheelset:
         self.origin = Origin.UNSEEN
         self.decided: WheelState | None = None  # of one that stands
         self.may_drag = False  # of one that is not believed to stand: the wagon is retarded as if it did
+        self.drops = 0  # how often its sensor has fallen to 0 at speed, since the start
 
     def see_speed(self, time_s: float, value: float) -> None:
         """Take a good reading, beside the vehicle's speed that was read last."""
@@ -96,6 +97,7 @@ class WatchedWheelset:
         elif rolling_mps < STANDS * speed_mps and speed_mps > WATCHED_FROM_MPS and self.stands_since_s == inf:
             self.stands_since_s = time_s
             self.origin = self._how(time_s, omega_radps)
+            self.drops += self.origin is Origin.DROPPED and not self.fell_at_a_crawl
 
     @property
     def fell_at_a_crawl(self) -> bool:

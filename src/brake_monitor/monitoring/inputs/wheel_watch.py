@@ -94,6 +94,11 @@ class WheelWatch:
         return tuple(states)
 
     @property
+    def drops(self) -> int:
+        """How often wheel speeds have fallen to 0 as no brake stops a wheelset."""
+        return sum(wheel.drops for wheel in self.wheels)
+
+    @property
     def any_is_blocked(self) -> bool:
         """Whether a wheelset stands that no brake says to hold."""
         return WheelState.BLOCKED in [wheel.decided for wheel in self.wheels]
