@@ -43,8 +43,8 @@ class Turns:
         self._clocks.run_s += 0.01
         return set_by_s
 
-    def silence(self) -> float:
-        self._clocks.run_s += 1.0
+    def silence(self, lasting_s: float = 1.0) -> float:
+        self._clocks.run_s += lasting_s
         self.clock.look()
         return self.clock.set_in_silence_by_s()
 
@@ -103,6 +103,20 @@ def test_a_frame_that_was_captured_before_a_step_does_not_tell_of_it(clocks: Clo
     clocks.ahead_s += 2.0
     assert turns.frame(captured_s) == 0.0
     assert turns.frame() == pytest.approx(2.0)
+
+
+@pytest.mark.parametrize("by_s", [-3600.0, 2.0])
+def test_frames_that_were_gathered_before_a_step_do_not_find_it_taken_over(
+    by_s: float, clocks: Clocks, turns: Turns
+) -> None:
+    """A reader lets them gather for 0.1 s: that they do not come is no silence yet."""
+    turns.frame()
+    clocks.run_s += 0.05
+    gathered_s = clocks.time()
+    clocks.ahead_s += by_s
+    assert turns.silence(0.1) == 0.0
+    assert turns.frame(gathered_s) == 0.0
+    assert turns.frame() == pytest.approx(by_s)
 
 
 def test_a_pause_of_the_bus_is_no_step(clocks: Clocks, turns: Turns) -> None:

@@ -4,6 +4,7 @@ import time
 
 CLOCK_SET_S = 0.25  # a larger step of the system's clock is not drift
 SAME_CLOCK_S = 1.0  # frames are not stamped with the system's clock where the two are further apart
+SILENCE_S = 0.5  # without a frame, and none is underway any more: readers gather them for up to 0.1 s
 UNDERWAY_S = 0.04  # a captured frame may take this long to get here; the time given out stays this much behind
 
 
@@ -22,7 +23,8 @@ class FrameClock:
 
     def captured(self, time_s: float) -> None:
         """A frame was captured at this time, just now."""
-        self._offset_s = time_s - time.monotonic()
+        self._captured_s = time.monotonic()  # by the clock that nobody sets
+        self._offset_s = time_s - self._captured_s
         self._newest_s = time_s
 
     def now_s(self) -> float:
@@ -45,10 +47,13 @@ class FrameClock:
         return set_by_s
 
     def set_in_silence_by_s(self) -> float:
-        """By how much it was set since the last frame, none of which is underway; no frame needs to show it then.
+        """By how much it was set since the last frame, after a silence; no frame needs to show it then.
 
-        0 where frames are stamped with another clock than the system's.
+        0 as long as one may be underway that was stamped before, and where frames are stamped with another clock than
+        the system's.
         """
+        if time.monotonic() - self._captured_s < SILENCE_S:
+            return 0.0
         if abs(time.time() - self._set_by_s - self.now_s()) > SAME_CLOCK_S:
             return 0.0
         set_by_s, self._set_by_s = self._set_by_s, 0.0
