@@ -33,9 +33,9 @@ def can_id_text(can_id: int, extended: bool) -> str:
 
 
 class CanFilter(TypedDict):
-    """Lets a frame through when `received_id & can_mask == can_id & can_mask`, as python-can takes it.
+    """Lets a frame through when `received_id & can_mask == can_id & can_mask`; error frames always come through.
 
-    Made where signals are mapped, applied by the kernel.
+    Made where signals are mapped, applied by the kernel or, of buses that it does not know, as frames arrive.
     """
 
     can_id: int

@@ -10,7 +10,7 @@ from brake_monitor.bus import can_source, python_can_bus
 from brake_monitor.bus.can_link import CanLink
 from brake_monitor.bus.can_source import ActiveControllerError, BusError, LiveBus, open_bus
 from brake_monitor.errors import InputError
-from brake_monitor.frame import CanFilter, Frame
+from brake_monitor.frame import CanFilter, Frame, FrameKind
 from brake_monitor.settings.config import CanBus
 
 PATIENCE_S = 300.0
@@ -73,6 +73,23 @@ def test_filters_are_applied() -> None:
         frame = bus.recv(5.0)
         assert frame is not None
         assert frame.can_id == 0x100
+
+
+def test_error_frames_pass_all_filters() -> None:
+    bus, sender = live("faulty", [CanFilter(can_id=0x100, can_mask=0x7FF, extended=False)])
+    with bus, sender:
+        sender.send(can.Message(arbitration_id=0x101, is_extended_id=False))
+        sender.send(can.Message(is_error_frame=True, arbitration_id=0x4, is_extended_id=False))
+        frame = bus.recv(5.0)
+        assert frame is not None
+        assert frame.kind is FrameKind.ERROR
+
+
+def test_what_does_not_pass_the_filters_makes_no_wait_longer() -> None:
+    bus, sender = live("foreign", [CanFilter(can_id=0x100, can_mask=0x7FF, extended=False)])
+    with bus, sender:
+        sender.send_periodic(can.Message(arbitration_id=0x101, is_extended_id=False), 0.01)
+        assert bus.recv(0.2) is None
 
 
 def test_a_live_bus_cannot_send() -> None:

@@ -48,7 +48,6 @@ class PythonCanBus:
             opened = can.Bus(
                 channel=bus.channel,
                 interface=bus.interface,
-                can_filters=[*filters] or None,
                 receive_own_messages=False,
                 ignore_config=True,
             )
@@ -57,13 +56,18 @@ class PythonCanBus:
         except can.CanError as error:
             raise OSError(reason_of(error)) from None
         self._recv, self._shutdown, self._name = opened.recv, opened.shutdown, bus.name
+        self._filters = filters
         self._has_controller = bus.interface not in _WITHOUT_A_CONTROLLER  # else stamps may be a simulation's
         self._told = False
 
     def recv(self, timeout_s: float) -> Frame | None:
-        """Return the next frame, or None when none came in time."""
+        """Return the next frame that passes, or None when none came in time."""
+        until_s = time.monotonic() + timeout_s
         try:
             message = self._recv(timeout_s)
+            while not (message is None or self._passes(message)):
+                left_s = until_s - time.monotonic()
+                message = self._recv(left_s) if left_s > 0.0 else None
         except can.CanError as error:
             raise OSError(reason_of(error)) from None
         if message is None:
@@ -75,6 +79,13 @@ class PythonCanBus:
             self._told = True
             message.timestamp = arrived_s
         return frame_of(message, self._name)
+
+    def _passes(self, message: can.Message) -> bool:
+        """Whether it passes the filters; python-can's own, which most of its drivers leave to it, stop error frames."""
+        if message.is_error_frame or not self._filters:
+            return True
+        alike = [one for one in self._filters if one["extended"] == message.is_extended_id]
+        return any((message.arbitration_id ^ one["can_id"]) & one["can_mask"] == 0 for one in alike)
 
     def close(self) -> None:
         """Give the bus back."""
