@@ -591,6 +591,15 @@ def test_a_gradient_that_changed_meanwhile_is_doubt_about_friction() -> None:
     assert steep.wheelsets[0].friction_std == pytest.approx(0.2 * FRICTION, rel=0.05)
 
 
+def test_while_wheelsets_slide_a_gradient_that_changed_is_less_of_a_doubt() -> None:
+    """How a wheelset slows down shows its friction, whatever the line does; it also settles for two seconds more."""
+    rolling, sliding = Drive(later_mps2=0.21), Drive(later_mps2=0.21)
+    sliding.estimates = [replace(now, saturated=10.0 <= now.time_s < 20.0) for now in sliding.estimates]
+    (rolled,), (slid,) = keep(new_book(), rolling), keep(new_book(), sliding)
+    assert slid.wheelsets[0].friction == rolled.wheelsets[0].friction
+    assert slid.wheelsets[0].friction_gradient_std == pytest.approx(0.2 * 0.2 * FRICTION, rel=0.05)
+
+
 def test_what_the_estimates_of_a_gradient_are_unsure_of_is_not_taken_for_a_change_of_it() -> None:
     """Both are known to 0.02 m/s²; friction's own deviation has that already."""
     (within,), (beyond,) = keep(new_book(), Drive(later_mps2=0.035)), keep(new_book(), Drive(later_mps2=0.06))

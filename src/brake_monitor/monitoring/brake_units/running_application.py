@@ -23,6 +23,7 @@ ROLLING_MPS = 3.0
 GRADIENT_MPS2 = 0.1  # 10 per mille, by which it may have changed during a stop to standstill ...
 KNOWN_GRADIENT_MPS2 = 0.02  # ... and 2 per mille where its signal says by how much
 LEAST_DECELERATION_MPS2 = 0.05
+SLIDING_DOUBT = 0.2  # of the doubt from a gradient, where wheelsets slide: how they slow down shows friction as well
 JUMP_S = 0.15  # no air fills a cylinder within it ...
 JUMP_SHARE = 0.5  # ... by as much of what has pressed another one for longer than they fill one after the other
 LEAST_STIFFNESS = 20.0  # adhesion over creep: where they are proportional it is 30 to 200
@@ -103,7 +104,7 @@ class RunningApplication:
         for i, own in enumerate(self._wheelsets):
             own.add(last.wheelsets[i], now.wheelsets[i], settled_s, creep[i] if creep else None)
             if (together or slid) and _is_told(now, now.wheelsets[i]):
-                own.rub(last.wheelsets[i], now.wheelsets[i], doubt)
+                own.rub(last.wheelsets[i], now.wheelsets[i], doubt, SLIDING_DOUBT if slid else 1.0)
             own.heat(disc_temperature_c[i])
 
     def _jumped(self, last: Estimate, now: Estimate) -> bool:
@@ -159,8 +160,8 @@ class RunningApplication:
     def _gradient_doubt(self, rolling: Estimate | None) -> float:
         """Standard deviation of friction, relative to it, from a gradient that may have changed meanwhile.
 
-        While braking it cannot be told from friction; rolling on shows by how much it did. What the two estimates of
-        it are unsure of themselves is in friction's own deviation already.
+        While the wheels roll under the brake it cannot be told from friction; rolling on shows by how much it did. What
+        the two estimates of it are unsure of themselves is in friction's own deviation already.
         """
         begin = self._begin
         if rolling is not None and rolling.speed_mps > ROLLING_MPS:
@@ -195,6 +196,7 @@ class _RunningWheelset:
     def __init__(self) -> None:
         self._friction_energy_j = 0.0
         self._friction_sum_j = self._friction_std_sum_j = 0.0  # friction times energy
+        self._doubted_energy_j = 0.0  # as far as a gradient that may have changed leaves friction in doubt
         self._earlier_line_std = inf  # of friction, for a line that had changed before this application
         self._crept_rad = self.creep_sum = self.adhesion_sum = 0.0  # while settled and creep was known
         self._crept_s = 0.0
@@ -204,15 +206,19 @@ class _RunningWheelset:
         self._greatest_slip = 0.0
         self._peak_disc_temperature_c = -inf
 
-    def rub(self, before: WheelsetEstimate, now: WheelsetEstimate, motors_doubt: float) -> None:
+    def rub(
+        self, before: WheelsetEstimate, now: WheelsetEstimate, motors_doubt: float, gradient_share: float
+    ) -> None:
         """Go on by one observation while friction is told and all brakes press, or slide protection keeps some from it.
 
         A brake that does not, or a sensor that does not say so, would be made up for by the others' friction. What of
         the deviation stands for a line that has changed meanwhile is known better once the brake has let go, see
-        `_gradient_doubt`. What motors err by is the pads' (`motors_doubt`, of friction).
+        `_gradient_doubt`, of which `gradient_share` counts. What motors err by is the pads' (`motors_doubt`, of
+        friction).
         """
         energy_j = now.work.pad_energy_j - before.work.pad_energy_j
         self._friction_energy_j += energy_j
+        self._doubted_energy_j += gradient_share * energy_j
         self._friction_sum_j += now.friction * energy_j
         own_std = sqrt(max(now.friction_std**2 - now.line_friction_std**2 + self._earlier_line_std**2, 0.0))
         self._friction_std_sum_j += hypot(own_std, motors_doubt * now.friction) * energy_j
@@ -261,7 +267,7 @@ class _RunningWheelset:
         friction = friction_std = gradient_std = None
         if self._friction_energy_j > 0.0:
             friction = self._friction_sum_j / self._friction_energy_j
-            gradient_std = friction * gradient_doubt
+            gradient_std = friction * gradient_doubt * self._doubted_energy_j / self._friction_energy_j
             friction_std = hypot(self._friction_std_sum_j / self._friction_energy_j, gradient_std)
         return WheelsetRecord(
             energy_j=last.pad_energy_j - first.pad_energy_j,
