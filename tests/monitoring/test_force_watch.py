@@ -1,7 +1,7 @@
 """A pressing force is believed by what its brake does: by hand-made wagons whose brakes and sensors differ."""
 
 from collections.abc import Callable, Collection, Sequence
-from math import inf
+from math import inf, pi, sin
 
 import pytest
 
@@ -49,6 +49,7 @@ def judged(
     train_mps2: float | None = None,
     train_is_told: bool = True,
     speed_err: float = 0.0,
+    speed_errs: Callable[[float], float] = lambda _: 0.0,
     motor_n: float = 0.0,
     unmeasured_until_s: float = 0.0,
     frozen: Collection[int] = (),
@@ -59,10 +60,10 @@ def judged(
 ) -> list[tuple[ForceState, ...]]:
     """Ten a second; sensors say `said` while brakes press with `real`; a train retards by `train_mps2` with them.
 
-    `speed_err`: by so much of it the vehicle's speed is told too high while they press. `motor_n`: with which each
-    wheelset's motor brakes as well, at the rail. From the application
-    until `unmeasured_until_s` no speed is measured, and what is estimated is too high. Within `untold_s` the force of
-    the first wheelset is not measured: `said` is what it is held at.
+    `speed_err`: by so much of it the vehicle's speed is told too high while they press; `speed_errs`: at any time.
+    `motor_n`: with which each wheelset's motor brakes as well, at the rail. From the application until
+    `unmeasured_until_s` no speed is measured, and what is estimated is too high. Within `untold_s` the force of the
+    first wheelset is not measured: `said` is what it is held at.
     """
     is_in_train = train_mps2 is not None and train_is_told
     watch = watch or watch_of(wagon, "train" if is_in_train else "wagon")
@@ -92,7 +93,8 @@ def judged(
             for force_n, said_n, by_motor_n, wheel_m in zip(works, pressing, motors, wagon.wheel_radius_m, strict=True)
         )
         is_measured = not BRAKE_S <= time_s < unmeasured_until_s
-        told_mps = speed_mps * (1.0 + speed_err * (max(works) > 0.0)) + (0.0 if is_measured else UNMEASURED_MPS)
+        err = speed_err * (max(works) > 0.0) + speed_errs(time_s)
+        told_mps = speed_mps * (1.0 + err) + (0.0 if is_measured else UNMEASURED_MPS)
         slides = time_s < slides_until_s
         now = estimate(time_s=time_s, speed_mps=told_mps, saturated=slides, wheelsets=wheelsets, mass_kg=wagon.mass_kg)
         measured = [not (i == 0 and untold_s[0] <= time_s < untold_s[1]) for i in range(len(wheelsets))]
@@ -298,6 +300,19 @@ def test_in_a_train_the_creep_tells() -> None:
     isolated = judged(lies, lies, vehicle(), train_mps2=0.8)
     assert since_s(isolated, 0, BORNE_OUT) is not None
     assert since_s(isolated, 0, CONTRADICTED) is since_s(isolated, 1, CONTRADICTED) is None
+
+
+@pytest.mark.parametrize("name", ["wagon", "bogie"])
+@pytest.mark.parametrize("phase", range(8))
+def test_a_speed_that_errs_by_more_than_wheelsets_creep_says_nothing_against_a_brake_that_is_cut_out(
+    name: str, phase: int
+) -> None:
+    """That of a satellite receiver, which errs for some seconds alike: both wheelsets seem to creep alike then."""
+    wagon = vehicle(name)
+    isolated: Forces = lambda t: (0.0, *(braked(t) for _ in wagon.wheel_radius_m[1:]))  # noqa: E731
+    errs = lambda t: 2.0 * CREEP_PER_N * FULL_N * sin(2.0 * pi * (t / 14.0 + phase / 8.0))  # noqa: E731
+    found = judged(isolated, isolated, wagon, train_mps2=0.4, speed_errs=errs)
+    assert since_s(found, 0, CONTRADICTED) is None
 
 
 def test_a_train_that_is_not_told_of_is_not_taken_for_a_brake_while_creep_is_in_doubt() -> None:

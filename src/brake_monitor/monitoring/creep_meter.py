@@ -17,21 +17,23 @@ from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
 FREE_AFTER_S = 3.0  # after the last contact, or a motor, every wheelset rolls freely
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
-REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say
+REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say ...
+ERRORS_S = 60.0  # ... but for how the vehicle's speed errs
 LEAST_REFERENCE_S = 1.0  # how little that is worth, its deviation says
 AVERAGE_S = 1.0
 LONGEST_GAP_S = 1.0
 
 
 class Creep(Struct, frozen=True):
-    """How far one wheelset creeps. Its errors are those of its own speed; the vehicle's are common to all wheelsets."""
+    """How far one wheelset creeps, and by how much its own speed errs, and that of the vehicle, for all alike."""
 
     value: float  # about a second's mean
     noise_s: float  # the square of its own deviation over a second: over T s, a mean's is noise / T
     reference_std: float  # of the free rolling that it is told against, the same until the brake is released
+    common_std: float = 0.0  # of the vehicle's speed over a second: it errs by this much for seconds
 
     def std(self, span_s: float) -> float:
-        """Standard deviation of a mean over so long."""
+        """Standard deviation of a mean over so long, against the other wheelsets'."""
         return hypot(sqrt(self.noise_s / span_s), self.reference_std)
 
 
@@ -89,6 +91,8 @@ class CreepMeter:
         self._free_s = 0.0
         self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
         self._free_noise_s: list[float] = []
+        self._erred_s = 0.0  # over which is known ...
+        self._error_squared = 0.0  # ... by how much a second's mean of all wheelsets left free rolling
 
     def note(self, now: Estimate, known: Sequence[bool]) -> None:
         """Take an estimate, or the same one once more, and which pressing forces are known.
@@ -107,6 +111,13 @@ class CreepMeter:
             share = ratios.step_s / self._free_s
             self._free = _nearer(self._free or ratios.now, ratios.now, share)
             self._free_noise_s = _nearer(self._free_noise_s or ratios.noise_s, ratios.noise_s, share)
+            self._see_common(ratios)
+
+    def _see_common(self, ratios: SpeedRatios) -> None:
+        """See by how much the ratios of all, which roll freely, have left what they were."""
+        self._erred_s = min(self._erred_s + ratios.step_s, ERRORS_S)
+        off = sum(lately / free for lately, free in zip(ratios.lately, self._free, strict=True)) / len(self._free) - 1.0
+        self._error_squared += (off * off - self._error_squared) * ratios.step_s / self._erred_s
 
     def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
         """Each wheelset's as of `now`, the estimate taken last, about a second's mean.
@@ -122,7 +133,8 @@ class CreepMeter:
 
     def _creep(self, i: int) -> Creep:
         value = 1.0 - self._ratios.lately[i] / self._free[i]
-        return Creep(value, self._ratios.noise_s[i], sqrt(self._free_noise_s[i] / self._free_s))
+        reference_std, common_std = sqrt(self._free_noise_s[i] / self._free_s), sqrt(self._error_squared)
+        return Creep(value, self._ratios.noise_s[i], reference_std, common_std)
 
 
 def _relative_noise_s(wheelset: WheelsetEstimate) -> float:

@@ -206,9 +206,7 @@ class _RunningWheelset:
         self._greatest_slip = 0.0
         self._peak_disc_temperature_c = -inf
 
-    def rub(
-        self, before: WheelsetEstimate, now: WheelsetEstimate, motors_doubt: float, gradient_share: float
-    ) -> None:
+    def rub(self, before: WheelsetEstimate, now: WheelsetEstimate, motors_doubt: float, gradient_share: float) -> None:
         """Go on by one observation while friction is told and all brakes press, or slide protection keeps some from it.
 
         A brake that does not, or a sensor that does not say so, would be made up for by the others' friction. What of

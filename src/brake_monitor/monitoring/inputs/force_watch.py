@@ -16,6 +16,7 @@ from msgspec import Struct
 from brake_monitor.estimation.core.prediction import PAUSE_S
 from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
+from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.retardation import Retardation
 from brake_monitor.monitoring.inputs.watched_force import WORKS, ForceState, ShownShare, WatchedForce
@@ -24,6 +25,9 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SETTLED_S = 3.0  # after a slide
 LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
+SOFTEST, STIFFEST = 20.0, 200.0  # adhesion over creep, of any contact
+ERRS_ALIKE_S = 5.0  # for about so long the vehicle's speed errs by the same
+OBSERVED_S = 0.1
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
 FELL_S = 0.5  # a force that dies falls as quickly
@@ -163,7 +167,7 @@ class ForceWatch:
         is_missing = not self._pressing[i] and median(others_n) >= PRESSES_N
         if is_alone or is_missing:
             as_if_n = own_n if is_alone else median(others_n)
-            by_creep = None if creep is None else self._share_by_creep(i, as_if_n, creep)
+            by_creep = None if creep is None else self._share_by_creep(i, as_if_n, creep, now.mass_kg)
             brake.see(by_creep, self._share_by_retardation(i, as_if_n, now.mass_kg), presses=is_alone)
 
     def _share_by_retardation(self, i: int, as_if_n: float, mass_kg: float) -> ShownShare | None:
@@ -182,23 +186,34 @@ class ForceWatch:
         motors_std_mps2 = MOTORS_ERR * abs(self._retardation.by_motors_mps2)
         return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, motors_std_mps2 / expected_mps2)
 
-    def _share_by_creep(self, i: int, as_if_n: float, creep: Sequence[Creep]) -> ShownShare | None:
-        """The same by how its wheelset creeps against the others: what the speed errs by is common to all."""
+    def _share_by_creep(self, i: int, as_if_n: float, creep: Sequence[Creep], mass_kg: float) -> ShownShare | None:
+        """The same by how its wheelset creeps against the others: what the speed errs by is common to all.
+
+        How much it is expected to creep is not known as well: the speed's errors are part of what the others do.
+        """
         forces_n = self._forces_n
         others = [k for k in range(len(creep)) if k != i]
         pressed = [k for k in others if forces_n[k] >= PRESSES_N]
         learned = [brake.creep_per_n for brake in self._brakes if brake.creep_per_n is not None]
-        per_n = median(learned or [creep[k].value / forces_n[k] for k in pressed] or [0.0])
-        if per_n * as_if_n < LEAST_CREEP:
+        expected = as_if_n * median(learned or [creep[k].value / forces_n[k] for k in pressed] or [0.0])
+        if expected < LEAST_CREEP:
             return None
-        beside_mean = creep[i].value - median([creep[k].value for k in others])
-        own_n = beside_mean / per_n + median([forces_n[k] for k in others])
-        std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) / per_n / as_if_n
-        noise_std = sqrt(creep[i].noise_s + max(creep[k].noise_s for k in others) / len(others)) / per_n / as_if_n
+        adhesion = self._expected_mps2(i, as_if_n, mass_kg) * len(creep) / GRAVITY_MPS2
+        learned_s = OBSERVED_S * max(brake.learned for brake in self._brakes)
+        common_std = creep[i].common_std / sqrt(max(learned_s / ERRS_ALIKE_S, 1.0))
+        least = max(expected - 2.0 * common_std, min(expected, adhesion / STIFFEST))
+        most = min(expected + 2.0 * common_std, max(expected, adhesion / SOFTEST))
+        per_creep, doubt = (1.0 / least + 1.0 / most) / 2.0, (1.0 / least - 1.0 / most) / 4.0
+        lag = median([creep[k].value for k in others]) - creep[i].value
+        own = median([forces_n[k] for k in others]) / as_if_n - lag * per_creep
+        reference_std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) * per_creep
+        noise_std = sqrt(creep[i].noise_s + max(creep[k].noise_s for k in others) / len(others)) * per_creep
+        std = hypot(reference_std, lag * doubt)
         if len(others) > 1:
-            return ShownShare(own_n / as_if_n, std, noise_std)
-        alone = creep[i].value / per_n / as_if_n
-        return ShownShare(median([own_n / as_if_n, WORKS, alone]), std, noise_std)  # it may be the other one that lies
+            return ShownShare(own, std, noise_std)
+        alone, alone_std = creep[i].value * per_creep, creep[i].common_std * per_creep
+        share = median([own, WORKS, alone])  # it may be the other one that lies
+        return ShownShare(share, hypot(std, alone_std), noise_std)
 
     def _is_steady(self, time_s: float) -> bool:
         """Whether all brakes press as they did a while ago, so that creep is theirs."""

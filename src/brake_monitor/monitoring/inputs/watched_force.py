@@ -41,7 +41,7 @@ class WatchedForce:
     def __init__(self) -> None:
         self.state = ForceState.UNKNOWN
         self.creep_per_n: float | None = None  # while all pressed steadily, mean of the last LEARNED_FROM
-        self._learned = 0
+        self.learned = 0  # observations, of which that is the mean
         self._pressed_s = -inf  # when its sensor last said that it presses
         self.has_pressed = False  # in this brake application
         self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
@@ -49,9 +49,9 @@ class WatchedForce:
 
     def learn(self, creep_per_n: float) -> None:
         """Note by how much its wheelset creeps."""
-        self._learned = min(self._learned + 1, LEARNED_FROM)
+        self.learned = min(self.learned + 1, LEARNED_FROM)
         before = self.creep_per_n or 0.0
-        self.creep_per_n = before + (creep_per_n - before) / self._learned
+        self.creep_per_n = before + (creep_per_n - before) / self.learned
 
     def forget(self) -> None:
         """Its sensor says something else now."""

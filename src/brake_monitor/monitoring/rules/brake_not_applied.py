@@ -1,6 +1,6 @@
 """Brake not applied: one brake does not press while the others do."""
 
-from math import inf
+from math import hypot, inf
 from statistics import median
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
@@ -119,7 +119,7 @@ class BrakeNotApplied:
         """Whether rather this pressing force's sensor says too little, or the others' say too much."""
         if creep is not None and _of_others(i, creep) > LEAST_CREEP:
             beyond = creep[i].value - BRAKES * _of_others(i, creep)
-            if abs(beyond) > CLEAR_SIGMAS * creep[i].std(AVERAGE_S):
+            if abs(beyond) > CLEAR_SIGMAS * hypot(creep[i].std(AVERAGE_S), (1.0 - BRAKES) * creep[i].common_std):
                 return beyond > 0.0
         others = [wheelset for k, wheelset in enumerate(now.wheelsets) if k != i]
         least = median(own.friction for own in others) / self._nominal
