@@ -37,6 +37,7 @@ SIGNIFICANT_SIGMAS = 3.5
 LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
 SEEN_AGAIN_S = 4.0  # of free rolling after the next release, by when both traces have to show again
 STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
+CLEAR_SIGMAS = 2.0  # of what the vehicle's speed errs by for seconds: with less the creep by braking is not known
 TURNED = 1e-3  # more than a drag shifts, or any curve: tyres were turned meanwhile, or wheelsets changed
 STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
 
@@ -192,11 +193,12 @@ class HiddenDragSearch:
     def _fits(self, shift: float, force_n: float, mass_kg: float) -> bool:
         """Whether this force makes this creep, as the brakes made theirs."""
         count = len(self._before[0].log_turns)
-        free = fmean(fmean(m.log_turns) - m.log_speed for m in self._before)
-        creep = fmean(free - fmean(m.log_turns) + m.log_speed for m in self._braking)
-        if creep <= 0.0:
+        rolled = [fmean(m.log_turns) - m.log_speed for m in self._before]
+        creep = fmean(rolled) - fmean(fmean(m.log_turns) - m.log_speed for m in self._braking)
+        adhesion = fmean(m.now.adhesion for m in self._braking)
+        if adhesion <= 0.0 or creep <= CLEAR_SIGMAS * pstdev(_blocks(rolled)):
             return False
-        stiffness_n = fmean(m.now.adhesion for m in self._braking) * mass_kg * GRAVITY_MPS2 / count / creep
+        stiffness_n = adhesion * mass_kg * GRAVITY_MPS2 / count / creep
         return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
 
     def _was_steady(self, drag: HiddenDrag) -> bool:
@@ -262,5 +264,10 @@ def _moved(early: Sequence[float], late: Sequence[float]) -> float:
 
 def _mean_and_std(values: Sequence[float]) -> tuple[float, float]:
     """Mean of a series, and its deviation by the scatter of its blocks."""
-    blocks = [fmean(values[k : k + BLOCK]) for k in range(0, len(values) - BLOCK + 1, BLOCK)] or [fmean(values)]
+    blocks = _blocks(values)
     return fmean(values), pstdev(blocks) / sqrt(max(len(blocks) - 1, 1))
+
+
+def _blocks(values: Sequence[float]) -> list[float]:
+    """Their means."""
+    return [fmean(values[k : k + BLOCK]) for k in range(0, len(values) - BLOCK + 1, BLOCK)] or [fmean(values)]
