@@ -92,12 +92,16 @@ class BrakeNotApplied:
             return FINE
         lately_released = 0.0 <= now.time_s - self._released_s[i] < self.settings.wsp_wait_s
         may_be_released = lately_released or self._others_may_drag(i, now)
-        if may_be_released or self._sensors_err(i, now, creep):
+        seems_braked = _seems_braked(i, creep)
+        if may_be_released or seems_braked or (seems_braked is None and self._friction_denies_it(i, now)):
             return UNKNOWN
+        cause = "isolated, or its brake gear is stuck"
+        if seems_braked is None:
+            cause = "isolated, its brake gear is stuck, or its sensor says too little"
         return Finding(
             Severity.ALARM,
             f"The brake of wheelset {i + 1} does not press ({own_n / 1000.0:z.1f} kN) while the others do "
-            f"({others_n / 1000.0:.1f} kN): isolated, or its brake gear is stuck.",
+            f"({others_n / 1000.0:.1f} kN): {cause}.",
             {
                 "pressing_force_n": own_n,
                 "others_pressing_force_n": others_n,
@@ -115,17 +119,22 @@ class BrakeNotApplied:
     def _pressing(self, now: Estimate) -> int:
         return sum(force_n >= self._contact_force_n for force_n in now.forces_n)
 
-    def _sensors_err(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> bool:
-        """Whether rather this pressing force's sensor says too little, or the others' say too much."""
-        if creep is not None and _of_others(i, creep) > LEAST_CREEP:
-            beyond = creep[i].value - BRAKES * _of_others(i, creep)
-            if abs(beyond) > CLEAR_SIGMAS * hypot(creep[i].std(AVERAGE_S), (1.0 - BRAKES) * creep[i].common_std):
-                return beyond > 0.0
+    def _friction_denies_it(self, i: int, now: Estimate) -> bool:
+        """Whether the friction of the others would be usual if this one pressed unseen, or shows that they do not."""
         others = [wheelset for k, wheelset in enumerate(now.wheelsets) if k != i]
         least = median(own.friction for own in others) / self._nominal
         most = median(own.friction + own.friction_std for own in others) / self._nominal
         pressing = self._pressing(now)
         return least <= LEAST_FRICTION or most >= 1.0 + BRAKES * (len(self.wheelsets) - pressing) / pressing
+
+
+def _seems_braked(i: int, creep: tuple[Creep, ...] | None) -> bool | None:
+    """Whether a wheelset creeps as the others do; None where creep says nothing."""
+    if creep is None or _of_others(i, creep) <= LEAST_CREEP:
+        return None
+    beyond = creep[i].value - BRAKES * _of_others(i, creep)
+    std = hypot(creep[i].std(AVERAGE_S), (1.0 - BRAKES) * creep[i].common_std)
+    return beyond > 0.0 if abs(beyond) > CLEAR_SIGMAS * std else None
 
 
 def _of_others(i: int, creep: tuple[Creep, ...]) -> float:
