@@ -7,7 +7,7 @@ import signal
 import socket
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager, suppress
 from pathlib import Path
 from queue import Empty, Queue
@@ -285,6 +285,60 @@ def test_a_clock_that_is_set_in_a_silence_is_followed_at_once(
         bus.script.put(frame(time.time()))
         assert isinstance(pipeline.next((Frame, ClockSet)), Frame)
         assert all(isinstance(pipeline.next((float, ClockSet)), float) for _ in range(2))
+
+
+class FrozenBus(ScriptedBus):
+    """As long as it does not thaw, the thread that reads it does not go on."""
+
+    def __init__(self, *script: Frame | Exception) -> None:
+        super().__init__(*script)
+        self.thaws, self.is_awaited = threading.Event(), threading.Event()
+        self.thaws.set()
+
+    def recv(self, timeout_s: float) -> Frame | None:
+        if not self.thaws.is_set():
+            self.is_awaited.set()
+            self.thaws.wait(PATIENCE_S)
+        return super().recv(timeout_s)
+
+
+def noting(ask: Callable[[], bool], asked: Queue[float]) -> Callable[[], bool]:
+    """As `ask`, and notes when it was asked."""
+
+    def ask_and_note() -> bool:
+        asked.put(time.monotonic())
+        return ask()
+
+    return ask_and_note
+
+
+def test_what_came_while_the_machine_stood_still_is_no_silence(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(service_module, "LOOKS_S", PATIENCE_S)
+    true_monotonic, stood_s = time.monotonic, [0.0]
+    monkeypatch.setattr(time, "monotonic", lambda: true_monotonic() + stood_s[0])
+    bus, pipeline, turns = FrozenBus(frame(5000.0)), RecordingPipeline(), Queue[float]()
+    service = Service(pipeline, open_bus=Buses(bus))
+    monkeypatch.setattr(service, "_knows_of_silence", noting(service._knows_of_silence, turns))
+    with running(service):
+        pipeline.next(Frame)
+        bus.thaws.clear()
+        assert bus.is_awaited.wait(PATIENCE_S)
+        stood_s[0] = 100.0
+        while not turns.empty():
+            turns.get()
+        for _ in range(3):  # the main thread goes on first
+            next_of(turns)
+        missed = [frame(5000.0 + tenth / 10) for tenth in range(1, 1000)]
+        for one in missed:
+            bus.script.put(one)
+        bus.thaws.set()
+        calls = [pipeline.next((Frame, float))]
+        while calls[-1] != missed[-1]:
+            calls.append(pipeline.next((Frame, float)))
+        calls.append(pipeline.next(float))
+    times_s = [call.time_s if isinstance(call, Frame) else call for call in calls]
+    assert times_s == sorted(times_s)
+    assert [call for call in calls if isinstance(call, Frame)] == missed
 
 
 @pytest.mark.parametrize("names", ["a", "ab"])

@@ -102,6 +102,10 @@ class Buses:
         now_s = time.monotonic()
         return [reader.place for reader in self._readers if now_s - reader.beat_s > longest_s]
 
+    def were_read_since(self, time_s: float) -> bool:
+        """Whether the threads of all that work have completed a turn since then, by the clock that nobody sets."""
+        return all(reader.down or reader.beat_s >= time_s for reader in self._readers)
+
     @property
     def is_stopping(self) -> bool:
         """Whether `stop` was called."""

@@ -9,6 +9,7 @@ import logging
 import time
 from collections.abc import Callable
 from contextlib import ExitStack
+from math import inf
 
 from brake_monitor.bus.can_source import open_bus
 from brake_monitor.daemon.alarm_log import AlarmLog
@@ -26,6 +27,8 @@ from brake_monitor.storage.memory import Memory
 MANY_WAITING = 1000
 HEALTH_EVERY_S = 1.0
 FINISH_S = 0.5  # at the end, for what has arrived
+STOOD_STILL_S = 0.3  # a turn that lasts longer: the machine was paused, or has no time for us ...
+LOOKS_S = 1.0  # ... and its readers may take so long to look at what came meanwhile
 
 log = logging.getLogger(__name__)
 
@@ -53,6 +56,8 @@ class Service:
         self._watchdog = Watchdog()
         self._alarm_log = AlarmLog(pipeline.monitor.open_alarms() if memory else ())
         self._told_s = time.monotonic()  # when the pipeline last gave out an estimate or was told the time
+        self._turned_s = self._told_s
+        self._went_on_s = -inf  # when this machine last had stood still, and went on
         self._status = "no estimate yet"
         self._health_due_s = 0.0
         self._given: list[Outputs] = []  # in this turn
@@ -117,7 +122,7 @@ class Service:
             self._clock.captured(frames[-1].time_s)
         for name, is_down in self.buses.changes():
             self._pipeline.bus_down(name, is_down)
-        if time.monotonic() - self._told_s >= TICK_S:
+        if self._knows_of_silence() and time.monotonic() - self._told_s >= TICK_S:
             self._told_s = time.monotonic()
             is_silent = not (frames or self.buses.frames_held)
             if is_silent and (set_by_s := self._clock.set_in_silence_by_s()):
@@ -128,6 +133,14 @@ class Service:
         if self._memory is not None:
             given, self._given = self._given, []
             self._memory.see(frames, given, self._clock.now_s())
+
+    def _knows_of_silence(self) -> bool:
+        """Whether nothing waits unseen that came while this machine stood still; to be asked in every turn."""
+        now_s = time.monotonic()
+        if now_s - self._turned_s > STOOD_STILL_S:
+            self._went_on_s = now_s
+        self._turned_s = now_s
+        return self.buses.were_read_since(self._went_on_s) or now_s - self._went_on_s > LOOKS_S
 
     def _note_clock_set(self, by_s: float) -> None:
         log.warning("the clock was set by %+.1f s", by_s)
