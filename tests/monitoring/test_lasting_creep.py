@@ -181,14 +181,40 @@ def test_nor_one_that_grows_warm_in_a_second_application_soon_after_the_first(co
     assert seen(drive(600.0, lambda t: [0.0] * (count - 1) + [warms(t)], braked=braked)) == (None, None)
 
 
+@pytest.mark.parametrize(("count", "way_m"), [(2, 1500.0), (4, 1000.0)])
+def test_a_strong_one_that_begins_while_the_wagon_rolls_is_found_as_soon(count: int, way_m: float) -> None:
+    """No curve makes wheelsets differ as much."""
+    begins_s = 450.0
+    suspected_s, found_s = seen(drive(600.0, drags(40e3, count, from_s=begins_s), braked=lambda _: 0.0))
+    assert suspected_s is not None
+    assert 250.0 <= SPEED_MPS * (suspected_s - begins_s) < 500.0
+    assert found_s is not None
+    assert way_m <= SPEED_MPS * (found_s - begins_s) < way_m + 200.0
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_a_brake_that_is_put_on_soon_after_a_strong_one_has_begun_does_not_hide_it(count: int) -> None:
+    begins_s = 450.0
+    braked = lambda t: FULL_N * (begins_s + 40.0 <= t < begins_s + 60.0)  # noqa: E731
+    _, found_s = seen(drive(700.0, drags(40e3, count, from_s=begins_s), braked=braked))
+    assert found_s is not None
+
+
+@pytest.mark.parametrize("count", [2, 4])
+def test_the_tightest_curves_are_no_drag_that_has_begun(count: int) -> None:
+    """R = 200 m, at its very speed, for as long as it takes to turn the line by 180 degrees."""
+    curve = lambda t: (*[0.0] * (count - 1), 1.4e-3 * (450.0 <= t < 480.0))  # noqa: E731
+    assert seen(drive(700.0, curve, braked=lambda _: 0.0)) == (None, None)
+
+
 def test_where_two_of_four_turn_more_slowly_neither_is_told() -> None:
     shift = drags(8e3, 4)
     assert seen(drive(600.0, lambda t: [shift(t)[-1], 0.0, 0.0, shift(t)[-1]])) == (None, None)
 
 
-@pytest.mark.parametrize(("shift", "is_told"), [(1.0e-4, False), (2.5e-3, True), (4.8e-3, True), (5.2e-3, False)])
+@pytest.mark.parametrize(("shift", "is_told"), [(1.0e-4, False), (2.5e-3, True), (9.6e-3, True), (1.04e-2, False)])
 def test_less_is_of_no_account_and_more_is_no_drag(shift: float, is_told: bool) -> None:
-    """Brakes that stay on retard by 0.15 of the wheel load; at a creep stiffness of 30 that shifts by 5e-3."""
+    """Brakes that stay on in full retard by 0.3 of the wheel load; at a creep stiffness of 30 that shifts by 1e-2."""
     told = seen(drive(500.0, lambda t: (0.0, 0.0, 0.0, shift * (t >= RELEASED_S))))
     assert (told != (None, None)) is is_told
 

@@ -26,7 +26,8 @@ LEAST_WAY_M = 1500.0  # ... where there are two
 MOST_WAY_M = 8000.0  # of free rolling are remembered before it, and since
 HALF_TURN_M = 1.0  # R = 500 m makes leading and trailing wheelsets differ by 6e-4; none but a spiral turns so far
 LEAST_SHIFT = 1.5e-4  # treads that some blocks warm more than others do as much
-MOST_SHIFT = 5e-3  # by a drag of 0.15 on a contact with a creep stiffness of 30; more is no drag's
+MOST_SHIFT = 1e-2  # by a drag of 0.3 on a contact with a creep stiffness of 30; more is no drag's
+NO_CURVES = 1.5e-3  # R = 200 m makes leading and trailing wheelsets differ by 1.4e-3
 TURNED = 2e-3  # more than a drag changes by: a wheelset was turned, or changed
 SLOWER_BEFORE = 0.25  # so much of the way before may have been curves that slow this wheelset down as well ...
 FASTER_SINCE = 0.1  # ... and so much of the way since curves that let it run ahead
@@ -138,6 +139,7 @@ class LastingCreepSearch:
             return
         self._since.add([Stretch(self._block_m, _mean_apart(self._turns))])
         self._begin_block()
+        self._see_onset()
         passed = self._since.shorten(MOST_WAY_M)
         if self.lasting:
             self._see_what_lasts()
@@ -149,6 +151,20 @@ class LastingCreepSearch:
         self.suspected = self._suspect(now)
         if self.suspected is not None and self._is_no_curve(self.suspected, len(now.wheelsets)):
             self.lasting[self.suspected.wheelset], self.suspected = self.suspected, None
+
+    def _see_onset(self) -> None:
+        """See whether a strong drag has begun as the wagon rolled: what was rolled until then was free of it."""
+        early, late = self._since.parted(LEAST_SUSPECTED_M)
+        if min(early.length_m, late.length_m) < LEAST_SUSPECTED_M:
+            return
+        for i in range(late.wheelset_count):
+            shift = min(early.apart(i)) - max(late.apart(i))
+            others = zip(early.others(i), late.others(i), strict=True)
+            if shift >= NO_CURVES and all(abs(was - now) <= STEADY * shift for was, now in others):
+                self._before.add(early)
+                self._since = late
+                self._braking.clear()
+                return
 
     def _suspect(self, now: Estimate) -> CreepDrag | None:
         """The wheelset that has turned more slowly all along, if any."""

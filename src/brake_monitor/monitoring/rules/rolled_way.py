@@ -2,6 +2,7 @@
 
 from collections import deque
 from collections.abc import Iterable, Iterator
+from itertools import islice
 from statistics import median
 from typing import NamedTuple, Self
 
@@ -60,6 +61,11 @@ class RolledWay:
             taken.appendleft(stretch)
             taken_m += stretch.length_m
         return type(self)(taken)
+
+    def parted(self, last_m: float) -> tuple[Self, Self]:
+        """What lies further back than so far, and the rest."""
+        late, of_this_kind = self.last(last_m), type(self)
+        return of_this_kind(islice(self._stretches, len(self) - len(late))), late
 
     def add(self, stretches: Iterable[Stretch]) -> None:
         """Go on with these."""
