@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from errno import EEXIST, ENOTDIR, EROFS
 from pathlib import Path
+from shutil import rmtree
 
 import pytest
 from msgspec.structs import replace
@@ -269,6 +270,27 @@ def test_a_file_damaged_while_the_daemon_runs_is_replaced_by_all_that_it_knows(
         until(lambda: (tmp_path / FILE_NAME).exists() and not memory.failing)
         until(lambda: energy_j(tmp_path) == 3.0)
     with kept(tmp_path) as store:
+        assert store.remembered().open_alarms == (alarm(),)
+
+
+@pytest.mark.parametrize("is_whole", [True, False], ids=["the directory", "its file"])
+def test_what_is_taken_away_while_the_daemon_runs_is_made_anew_with_all_that_it_knows(
+    is_whole: bool, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """The file that is open could be written on, and would be gone at the end."""
+    place, pipeline = tmp_path / "state", StandIn()
+    with began(place, pipeline) as memory:
+        live_until_kept(place, memory, pipeline, 1, alarm())
+        if is_whole:
+            rmtree(place)
+        else:
+            for path in place.glob(f"{FILE_NAME}*"):
+                path.unlink()
+        live_until_kept(place, memory, pipeline, 2)
+        with pytest.raises(WorkError, match="another brake-monitor keeps its memory here"):
+            Memory(StandIn(), place).start()
+    assert "the memory was taken away; all that is known is written anew" in caplog.text
+    with kept(place) as store:
         assert store.remembered().open_alarms == (alarm(),)
 
 

@@ -51,6 +51,7 @@ class Store:
         self._path = path
         with self._own_errors():
             self._db = _connect(path, mode)
+            self._inode = path.stat().st_ino
         self._written: dict[str, object] = {}  # what `_state_of` told of what the file holds
         self._gauges_written = 0  # number of the last entry that is known to be marked as applied
 
@@ -85,6 +86,14 @@ class Store:
     def close(self) -> None:
         """Give the file back; the log is merged into it, unless another process has it open."""
         self._db.close()
+
+    @property
+    def is_in_place(self) -> bool:
+        """Whether it is still the file of its path: what was removed or set aside can be written, and is lost."""
+        try:
+            return self._path.stat().st_ino == self._inode
+        except OSError:
+            return False
 
     def __enter__(self) -> Self:
         return self

@@ -15,7 +15,6 @@ class StoreOutbox:
         self._path = path
         self._vehicle_id = vehicle_id
         self._store: Store | None = None
-        self._inode = 0  # of the file that is open
 
     def keep(self, messages: Mapping[int, bytes]) -> None:
         """Keep these; WorkError or InputError when that cannot be done now."""
@@ -41,16 +40,10 @@ class StoreOutbox:
             self._store = None
 
     def _opened(self) -> Store:
+        if self._store is not None and not self._store.is_in_place:
+            self.close()
         try:
-            if self._store is not None and not self._is_the_file():
-                self.close()
-            if self._store is None:
-                self._store = Store.look(self._path, self._vehicle_id, "rw")
-                self._inode = self._path.stat().st_ino
+            self._store = self._store or Store.look(self._path, self._vehicle_id, "rw")
         except OSError as error:
             raise WorkError(f"{self._path}: {error.strerror or error}") from None
         return self._store
-
-    def _is_the_file(self) -> bool:
-        """Whether what is open has not been set aside meanwhile for a new memory."""
-        return self._path.exists() and self._path.stat().st_ino == self._inode
