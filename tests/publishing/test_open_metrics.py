@@ -27,7 +27,10 @@ def health() -> HealthMessage:
 
 def health_at(now_s: float, counters: Counters) -> HealthMessage:
     newest = (1000.0, Status.VALID)
-    return health_of(INTAKE, counters, newest, events_waiting=8, uptime_s=60.0, sequence=1, now_s=now_s)
+    opened = ("hot_disc-1-5", "slide-2-7")
+    return health_of(
+        INTAKE, counters, newest, events_waiting=8, open_alarms=opened, uptime_s=60.0, sequence=1, now_s=now_s
+    )
 
 
 def scraped(port: int) -> dict[str, float]:
@@ -55,6 +58,10 @@ def test_what_is_scraped_is_the_health() -> None:
     assert found["brake_monitor_events_waiting"] == 8
     assert found["brake_monitor_data_age_seconds"] == 0.25
     assert found["brake_monitor_uptime_seconds"] == 60.0
+    assert found["brake_monitor_estimate_status valid"] == 1
+    assert found["brake_monitor_estimate_status held"] == 0
+    assert found["brake_monitor_open_alarms"] == 2
+    assert found["brake_monitor_memory_failing"] == 0
     assert found["brake_monitor_signal_stale GNSS.v lost"] == 1
     assert found["brake_monitor_bus_down socketcan:can0"] == 1
     assert found[f"brake_monitor_build_info {' '.join(VERSIONS[name] for name in sorted(VERSIONS))}"] == 1

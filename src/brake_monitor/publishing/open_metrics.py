@@ -6,6 +6,7 @@ from itertools import accumulate
 from typing import TYPE_CHECKING
 
 from brake_monitor.errors import WorkError
+from brake_monitor.estimation.estimate import Status
 from brake_monitor.host import extras
 from brake_monitor.publishing.payloads import HealthMessage
 
@@ -91,6 +92,13 @@ def _families(health: HealthMessage) -> "Iterator[Metric]":
         yield GaugeMetricFamily(
             f"{PREFIX}data_age_seconds", "age of the newest reading that the estimates contain", health.data_age_s
         )
+    status = GaugeMetricFamily(f"{PREFIX}estimate_status", "1 for that of the newest estimate", labels=["status"])
+    for one in Status:
+        status.add_metric([one], float(one is health.status))
+    yield status
+    yield GaugeMetricFamily(f"{PREFIX}open_alarms", "alarms that are open", len(health.open_alarms))
+    is_failing = float(bool(health.memory_failure))
+    yield GaugeMetricFamily(f"{PREFIX}memory_failing", "1 while the memory cannot be written", is_failing)
     stale = GaugeMetricFamily(f"{PREFIX}signal_stale", "mapped signals that are not good", labels=["signal"])
     for signal in health.stale_signals:
         stale.add_metric([signal], 1.0)
