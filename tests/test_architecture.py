@@ -101,9 +101,9 @@ LAYERS = {
             "inputs.input_judge bus_watch observation rule alarm_cycle "
             "rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.per_application "
-            "rules.participation rules.turns rules.rolled_way rules.hidden_drag rules.lasting_creep "
-            "rules.dragging_brake rules.brake_not_applied rules.uneven_braking rules.friction_out_of_band "
-            "rules.friction_drift rules.hot_disc rules.pads rules.all_rules monitor",
+            "rules.participation rules.pulled_braked rules.turns rules.rolled_way rules.hidden_drag "
+            "rules.lasting_creep rules.dragging_brake rules.brake_not_applied rules.uneven_braking "
+            "rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads rules.all_rules monitor",
         ),
         "words settings decoding estimation",
     ),

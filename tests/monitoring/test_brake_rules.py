@@ -510,23 +510,24 @@ def play(
     until_s: float = 60.0,
     friction: float | Sequence[float] = 0.34,
     friction_std: float = 0.01,
-    speed_mps: float = 20.0,
+    speed_mps: float | Callable[[float], float] = 20.0,
     omega_noise: float = 1e-5,
     inputs: tuple[InputReport, ...] = (),
     wsp: Callable[[float], Sequence[bool]] = lambda _: (),
     motor_n: float = 0.0,
 ) -> list[tuple[Verdict, ...]]:
-    """Ten observations a second at constant speed; wheelsets creep by what `torques_n` really presses."""
-    verdicts = []
+    """Ten observations a second at this speed; wheelsets creep by what `torques_n` really presses."""
+    verdicts, speed_at = [], speed_mps if callable(speed_mps) else lambda _: speed_mps
     for k in range(round(until_s * 10)):
         time_s = k / 10
+        now_mps = speed_at(time_s)
         pressing, real = forces_n(time_s), (torques_n or forces_n)(time_s)
         active = wsp(time_s) or [False] * len(pressing)
         creep = [0.1 * force_n / FULL_N / STIFFNESS for force_n in real]
         frictions = [friction] * len(pressing) if isinstance(friction, float) else friction
         wheelsets = tuple(
             wheelset(
-                omega_radps=speed_mps / RADIUS_M * (1.0 - own_creep),
+                omega_radps=now_mps / RADIUS_M * (1.0 - own_creep),
                 omega_noise=omega_noise,
                 slip=own_creep,
                 friction=own_friction,
@@ -538,7 +539,7 @@ def play(
             )
             for force_n, own_creep, own_active, own_friction in zip(pressing, creep, active, frictions, strict=True)
         )
-        now = estimate(time_s=time_s, speed_mps=speed_mps, saturated=any(active), wheelsets=wheelsets)
+        now = estimate(time_s=time_s, speed_mps=now_mps, saturated=any(active), wheelsets=wheelsets)
         verdicts.append(rule.judge(observation(now, inputs)))
     return verdicts
 
@@ -930,6 +931,34 @@ class TestDraggingBrake:
 
     def test_all_brakes_together_are_a_brake_application(self) -> None:
         assert set(play(self.rule(), lambda _: (6e3, 6e3), until_s=300.0)) == {(UNKNOWN, UNKNOWN)}
+
+    def test_all_that_press_while_the_train_pulls_the_wagon_have_not_been_released(self) -> None:
+        """From 5 to 10 m/s within 50 s; two of three cylinders kept their air."""
+        verdicts = play(self.rule(3), lambda _: (11e3, 11e3, 0.0), speed_mps=lambda t: 5.0 + 0.1 * t, until_s=70.0)
+        assert found(verdicts) == [pytest.approx(50.0, abs=0.2), pytest.approx(50.0, abs=0.2), None]
+        stays = verdicts[-1][0]
+        assert isinstance(stays, Finding)
+        assert stays.message == (
+            "The brake of wheelset 1 still presses with 11.0 kN, as most do, though the wagon has gained speed from "
+            "18 to 43 km/h: it has not been released, or does not hold the wagon on a descent."
+        )
+        assert self.rule(3).resume(0, stays.evidence) is None
+
+    @pytest.mark.parametrize(
+        ("force_n", "gained_mps", "pause_s", "is_found"),
+        [
+            (11e3, 5.5, 1e9, True),
+            (11e3, 4.5, 1e9, False),  # brakes at a train's end are not released yet
+            (5e3, 10.0, 1e9, False),  # a train that is driven keeps its discs free of snow
+            (11e3, 6.0, 30.0, False),  # released meanwhile
+        ],
+    )
+    def test_brakes_that_hardly_press_and_small_gains_are_of_no_account(
+        self, force_n: float, gained_mps: float, pause_s: float, is_found: bool
+    ) -> None:
+        forces: Forces = lambda t: (0.0 if pause_s <= t < pause_s + 1.0 else force_n,) * 2  # noqa: E731
+        verdicts = play(self.rule(), forces, speed_mps=lambda t: 10.0 + gained_mps * t / 60.0)
+        assert (found(verdicts) != [None, None]) is is_found
 
     def test_a_lost_input_leaves_it_unknown(self) -> None:
         verdicts = play(self.rule(), self.residual, inputs=lost(Quantity.PRESSING_FORCE, InputCondition.LOST))

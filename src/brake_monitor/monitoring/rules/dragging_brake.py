@@ -1,4 +1,4 @@
-"""Dragging brake: one brake, or half of them, goes on pressing when the others are released."""
+"""Dragging brake: one goes on pressing when the others are released, or all do while the train pulls the wagon."""
 
 from collections.abc import Sequence
 
@@ -12,10 +12,13 @@ from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Suspicion, Ver
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.rules.lasting_creep import CreepDrag, LastingCreepSearch
 from brake_monitor.monitoring.rules.participation import RELEASED, Participation
+from brake_monitor.monitoring.rules.pulled_braked import PulledBraked
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
 BLOCKED = WheelState.BLOCKED
 LEAST_FRICTION = 0.4  # of nominal; a force that retards less than pads like that is not real: its sensor is wrong
+STRONG = 3.0  # times the force of a brake that should be released: snow brakes of trains under power press with less
+GAINED_MPS = 5.0  # with brakes that are about to release, as those at a train's end, it gains less
 
 
 class DraggingBrake:
@@ -37,6 +40,7 @@ class DraggingBrake:
         self._released_n = RELEASED * settings.min_force_n
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._participation = Participation(settings.min_force_n, wheelset_count)
+        self._pulled = PulledBraked(STRONG * settings.min_force_n)
         self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
         self._long_search = LastingCreepSearch(settings.min_force_n, settings.hidden_force_n)
         self._blocks: set[int] = set()  # brakes that let their wheelsets stand, and may still press
@@ -49,6 +53,7 @@ class DraggingBrake:
         creeping = self._long_search.see(now, seen.all_good)
         if not seen.all_good:
             return (UNKNOWN,) * count
+        gained_mps = self._pulled.see(now.speed_mps, seen.forces_n)
         self._participation.see(now.time_s, seen.forces_n)
         self._see_blocked(now.speed_mps, seen.wheels)
         if now.speed_mps < self.settings.min_speed_mps:
@@ -64,6 +69,9 @@ class DraggingBrake:
         found = {creeping.wheelset: _creeping(creeping, now)} if creeping else {}
         if hidden:
             found[hidden.wheelset] = _hidden(hidden, now)
+        if gained_mps > GAINED_MPS:
+            least_n, from_mps = STRONG * self.settings.min_force_n, self._pulled.least_speed_mps
+            found |= {i: _pulled(i, seen, from_mps) for i in range(count) if seen.forces_n[i] >= least_n}
         return tuple([found.get(i) or self._judge(i, released, seen) for i in range(count)])
 
     def resume(self, i: int, evidence: Values) -> MisledBy | None:
@@ -71,7 +79,7 @@ class DraggingBrake:
 
         What pressing forces tell needs no memory.
         """
-        if "others_pressing_force_n" in evidence:
+        if "others_pressing_force_n" in evidence or "least_speed_mps" in evidence:
             return None
         if told := _numbers(evidence, HiddenDrag._fields[1:]):
             self._search.resume(HiddenDrag(i, *told))
@@ -138,6 +146,23 @@ class DraggingBrake:
 def _named(wheelsets: list[int]) -> str:
     *first, last = [str(k + 1) for k in wheelsets]
     return f"those of wheelsets {', '.join(first)} and {last}"
+
+
+def _pulled(i: int, seen: Observation, from_mps: float) -> Finding:
+    now = seen.estimate
+    return Finding(
+        Severity.ALARM,
+        f"The brake of wheelset {i + 1} still presses with {seen.forces_n[i] / 1000.0:.1f} kN, as most do, though "
+        f"the wagon has gained speed from {from_mps * 3.6:.0f} to {now.speed_mps * 3.6:.0f} km/h: it has not been "
+        "released, or does not hold the wagon on a descent.",
+        {
+            "pressing_force_n": seen.forces_n[i],
+            "friction": now.wheelsets[i].friction,
+            "disc_temperature_c": seen.brakes.units[i].disc_temperature_c,
+            "least_speed_mps": from_mps,
+            "speed_mps": now.speed_mps,
+        },
+    )
 
 
 def _blocked(i: int, now: Estimate) -> Finding:
