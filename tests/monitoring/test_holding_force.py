@@ -4,8 +4,8 @@ from math import inf
 
 import pytest
 
-from brake_monitor.estimation.estimate import LARGEST_FRICTION
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
+from brake_monitor.settings.bounds import LARGEST_FRICTION
 from brake_monitor.settings.example_vehicles import example_settings
 
 VEHICLE = example_settings("wagon").vehicle

@@ -295,7 +295,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         (N_B, N_B + "max = -1e306, ", N_B_AT + "max: expected a number not less than -1e+12, got -1e+306"),
         (N_B, N_B + "timeout_s = 1e300, ", N_B_AT + "timeout_s: expected a number not greater than 86400, got 1e+300"),
         (N_B, N_B + "delay_s = 100, ", N_B_AT + "delay_s: expected a number not greater than 30, got 100"),
-        (REST, "[estimator]\nfriction_nominal = 3.5\n[can]", "11: estimator.friction_nominal: expected a number not g"),
+        (REST, "[estimator]\nfriction_nominal = 0.61\n[can]", "11: estimator.friction_nominal: expected a number not "),
         (REST, "[wear]\npad_limit_mm = 40\n[can]", "11: wear.pad_limit_mm: expected less than new_pad_thickness_mm"),
         (REST, "[wear]\nnew_pad_thickness_mm = 4\n[can]", "10: wear.pad_limit_mm: expected less than new_pad_thick"),
         (

@@ -5,12 +5,14 @@ from typing import Annotated
 from msgspec import Meta
 
 COLDEST_C = -60.0  # the lowest temperature of a wagon and its discs
+LARGEST_FRICTION = 0.6  # no pad has more
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]
 Wait = Annotated[float, Meta(ge=0.0, le=86400.0)]  # s: an alarm that is later than a day is none
 TimeOut = Annotated[float, Meta(gt=0.0, le=86400.0)]  # s: what may be a day old is as good as never lost
 Speed = Annotated[float, Meta(ge=0.0, le=200.0)]  # m/s, beyond what trains on wheels have reached
+Friction = Annotated[float, Meta(gt=0.0, le=LARGEST_FRICTION)]  # of a pad on its disc, or how far pads lie apart
 Force = Annotated[float, Meta(gt=0.0, le=1e7)]  # N of one brake
 Distance = Annotated[float, Meta(gt=0.0, le=1e5)]  # m that a wheelset slides at a stretch
 Energy = Annotated[float, Meta(gt=0.0, le=1e9)]  # J that one wheelset takes up in a brake application

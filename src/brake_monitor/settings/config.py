@@ -8,7 +8,7 @@ from zlib import crc32
 from msgspec import Meta, Struct
 
 from brake_monitor.settings.alarm_settings import AlarmSettings
-from brake_monitor.settings.bounds import Force, Rate, TimeOut
+from brake_monitor.settings.bounds import Force, Friction, Rate, TimeOut
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.settings.units import si_factor
 from brake_monitor.settings.wear_settings import WearSettings
@@ -25,7 +25,6 @@ WheelRadius = Annotated[float, Meta(ge=0.001, le=2.0)]
 BrakeRadius = Annotated[float, Meta(ge=0.001, le=5.0)]
 Resistance = Annotated[float, Meta(ge=0.0, le=1e7)]
 Drag = Annotated[float, Meta(ge=0.0, le=1e5)]
-Friction = Annotated[float, Meta(gt=0.0, le=2.0)]
 Delay = Annotated[float, Meta(ge=0.0, le=30.0)]
 Conversion = Annotated[float, Meta(ge=-1e12, le=1e12)]
 Spread = Annotated[float, Meta(ge=0.0, le=1e12)]  # what is squared must still be a number

@@ -5,9 +5,10 @@ from math import inf, sqrt
 from brake_monitor.estimation.core.change_doubt import ChangeDoubt
 from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, QUICK_SLIP
 from brake_monitor.estimation.doubts.consistency import BIASED
-from brake_monitor.estimation.estimate import LARGEST_FRICTION, SLOWEST_MPS
+from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.kalman.foretold import STRANGE_STD_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, rail_radps2
+from brake_monitor.settings.bounds import LARGEST_FRICTION
 
 SPACING_SHARE = 0.05  # of the newest reading in the mean spacing of its sensor's
 LONGEST_SPACING = 10.0  # times the mean; what is longer was an outage

@@ -4,8 +4,8 @@ from collections import deque
 from collections.abc import Sequence
 from math import inf
 
-from brake_monitor.estimation.estimate import LARGEST_FRICTION
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.settings.bounds import LARGEST_FRICTION
 from brake_monitor.settings.config import Vehicle
 
 LEAST_ADHESION = 0.01  # the brake torque must overcome at least as much

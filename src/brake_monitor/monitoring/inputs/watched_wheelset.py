@@ -9,11 +9,12 @@ from enum import StrEnum
 from math import inf
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.estimate import LARGEST_FRICTION, Estimate, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
 from brake_monitor.monitoring.inputs.speed_falls import SpeedFalls
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.settings.bounds import LARGEST_FRICTION
 from brake_monitor.settings.config import Vehicle
 
 TOLD_S = 2.0  # a speed of the vehicle that is older says nothing of a wheelset
