@@ -142,7 +142,7 @@ class Wagon:
         return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n, wheel_m, brake_m)
 
     def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
-        """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m d."""
+        """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m (g i + d)."""
         s = self.layout
         creep_n = sum([mu * load_n for mu, load_n in zip(x[s.adhesion], u.wheel_load_n, strict=True)])
         unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + x[s.deceleration]
