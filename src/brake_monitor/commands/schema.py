@@ -4,7 +4,7 @@ from argparse import ArgumentParser, Namespace
 from pathlib import Path
 
 from brake_monitor.errors import InputError
-from brake_monitor.host.whole_file import whole_file
+from brake_monitor.host.whole_file import make_folder, whole_file
 from brake_monitor.publishing.payload_schemas import TYPES, schema
 
 DESCRIPTION = """\
@@ -31,9 +31,7 @@ def run(options: Namespace) -> int:
         sentence = f"all schemas are written there: leave out {options.name!r}, or -o to print it"
         raise InputError(f"-o {options.output}: {sentence}")
     if options.output is not None:
-        if options.output.exists() and not options.output.is_dir():
-            raise InputError(f"-o {options.output}: expected a directory")
-        options.output.mkdir(parents=True, exist_ok=True)
+        make_folder(options.output)
         for name in TYPES:
             with whole_file(options.output / f"{name}.json") as part:
                 part.write_bytes(schema(name))
