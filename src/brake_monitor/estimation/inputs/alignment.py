@@ -24,8 +24,6 @@ class Alignment:
 
     def put(self, sample: Sample) -> Sequence[Sample]:
         """Take a sample as captured; give the samples that no later arrival can precede, oldest first."""
-        if self._longest_s == 0.0:
-            return (sample,)
         if sample.quality is Quality.STALE:
             self._drop(sample)
             return (sample,)
