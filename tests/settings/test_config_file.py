@@ -199,6 +199,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ("mass_kg = 36000.0", "mas_kg = 36000.0", '3: vehicle.mas_kg: unknown key, did you mean "mass_kg"?'),
         ("mass_kg = 36000.0", "", "1: vehicle.mass_kg: this key is missing"),
         ("[4.5, -4.5]", "[]", "4: vehicle.axle_positions_m: expected one number per wheelset, got an empty list"),
+        ("[4.5, -4.5]", str([*range(33)]), "4: vehicle.axle_positions_m: expected 32 wheelsets at the most, got 33"),
         ("[4.5, -4.5]", "[4.5, nan]", "4: vehicle.axle_positions_m[2]: expected a finite number, got nan"),
         ("[4.5, -4.5]", "[4.5, 4.5]", "4: vehicle.axle_positions_m: two wheelsets stand at the same place"),
         ("[4.5, -4.5]", "4.5", "4: vehicle.axle_positions_m: expected a list, got 4.5"),

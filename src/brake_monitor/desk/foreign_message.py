@@ -15,11 +15,11 @@ from brake_monitor.publishing.payloads import (
     MetaMessage,
     WearMessage,
 )
+from brake_monitor.settings.bounds import MOST_WHEELSETS
 
 LARGEST_PAYLOAD = 100_000  # bytes; ours are far smaller
 LONGEST_TEXT = 1000  # characters
 LARGEST_COUNT = 2**63  # of what is counted; whatever is more is no count
-MOST_WHEELSETS = 32
 
 T = TypeVar("T")
 

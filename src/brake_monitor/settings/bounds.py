@@ -6,6 +6,7 @@ from msgspec import Meta
 
 COLDEST_C = -60.0  # the lowest temperature of a wagon and its discs
 LARGEST_FRICTION = 0.6  # no pad has more
+MOST_WHEELSETS = 32  # of a transporter of 800 t
 
 Positive = Annotated[float, Meta(gt=0.0)]
 NonNegative = Annotated[float, Meta(ge=0.0)]

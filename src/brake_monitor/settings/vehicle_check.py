@@ -2,6 +2,7 @@
 
 from statistics import fmean
 
+from brake_monitor.settings.bounds import MOST_WHEELSETS
 from brake_monitor.settings.config import Vehicle
 from brake_monitor.settings.config_text import ConfigText
 from brake_monitor.settings.key_space import fault_of
@@ -25,6 +26,8 @@ def check_vehicle(text: ConfigText, vehicle: Vehicle) -> None:
     count = vehicle.wheelset_count
     if count == 0:
         text.refuse(("vehicle", "axle_positions_m"), "expected one number per wheelset, got an empty list")
+    if count > MOST_WHEELSETS:  # of more a watcher believes nothing
+        text.refuse(("vehicle", "axle_positions_m"), f"expected {MOST_WHEELSETS} wheelsets at the most, got {count}")
     if len(set(vehicle.axle_positions_m)) < count:
         text.refuse(("vehicle", "axle_positions_m"), "two wheelsets stand at the same place")
     for name in PER_WHEELSET:
