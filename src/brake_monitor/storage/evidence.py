@@ -90,7 +90,7 @@ class EvidenceRecorder:
         if not self._states or abs(time_s - self._states[-1][0]) >= STATES_EVERY_S:
             self._states.append((time_s, remembered))
 
-    def turn(self, time_s: float, alarms: Iterable[Alarm]) -> list[Evidence]:
+    def turn(self, time_s: float, alarms: Sequence[Alarm]) -> list[Evidence]:
         """Time went on to `time_s`, these alarms changed: the evidence that is to be written (anew)."""
         # A clock that was set: nothing fits together.
         if isfinite(self._now_s) and abs(time_s - self._now_s) > self._before_s + self._after_s:
