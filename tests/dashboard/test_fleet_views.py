@@ -10,12 +10,13 @@ import pytest
 from brake_monitor.dashboard.fleet import LARGEST_ANSWER, MOST_WAGONS, Fleet
 from brake_monitor.dashboard.server import PUSH_S
 from brake_monitor.dashboard.views import Viewer
-from brake_monitor.desk.foreign_message import LARGEST_PAYLOAD, MOST_WHEELSETS
+from brake_monitor.desk.foreign_message import LARGEST_PAYLOAD
 from brake_monitor.desk.watched import FROZEN_S, LONGEST_NAME
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.publishing.encoding import encode
 from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
+from brake_monitor.settings.bounds import MOST_WHEELSETS
 from estimates import alarm, estimate, wheelset
 from health import INTAKE
 

@@ -8,7 +8,7 @@ from brake_monitor.desk.foreign_message import decoded, is_sound
 from brake_monitor.desk.watched import Watched
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage
 
-MOST_WAGONS = 400  # whose curves are kept, some 260 kB each with two wheelsets
+MOST_WAGONS = 400  # whose curves are kept, some 0.3 MB each with two wheelsets
 LARGEST_ANSWER = 4_000_000  # bytes of a list from the past
 
 
