@@ -86,6 +86,15 @@ def another_wheelset_count(config: Path) -> None:
     written(config, "bogie", f'[store]\ndirectory = "{config.parent}"')
 
 
+@pytest.mark.parametrize("vehicle", ["rig", "wagon", "bogie", "railcar"])
+def test_every_example_vehicle_can_be_listened_to(
+    vehicle: str, tmp_path: Path, caplog: pytest.LogCaptureFixture
+) -> None:
+    """Their DBC files have all that a DBC may: numbers of either byte order, multiplexed ones, floats."""
+    with running(written(tmp_path / "its.toml", vehicle), caplog) as daemon:
+        assert "is good" in answered(daemon, caplog)
+
+
 @pytest.mark.parametrize("change", [another_id, another_wheelset_count])
 def test_another_vehicle_does_not_take_over_the_memory_of_the_one_before(
     change: Callable[[Path], None], config: Path, caplog: pytest.LogCaptureFixture

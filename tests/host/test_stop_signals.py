@@ -46,6 +46,15 @@ def test_what_is_ignored_stays_so() -> None:
     assert signal.getsignal(signal.SIGHUP) == signal.SIG_IGN
 
 
+def test_a_second_sigterm_does_not_cut_the_stop_short() -> None:
+    """`timeout` sends two; whoever is out of patience has Ctrl-C and SIGKILL."""
+    stops: list[str] = []
+    with stopped_by_signals(lambda: stops.append("stop")):
+        for _ in range(3):
+            signal.raise_signal(signal.SIGTERM)
+    assert stops == ["stop"]
+
+
 def test_who_cannot_reload_leaves_that_signal_alone() -> None:
     with stopped_by_signals(lambda: None):
         assert signal.getsignal(signal.SIGHUP) == signal.SIG_DFL

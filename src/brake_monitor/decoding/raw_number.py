@@ -34,7 +34,7 @@ def raw_of(signal: Signal) -> Callable[[bytes], float | None]:
     else:
         unsigned = partial(_motorola, last, mask, needed_bytes)
     if signal.is_float:
-        return partial(_as_float, unsigned, struct.Struct(FLOAT_FORMATS[signal.length]))
+        return partial(_as_float, unsigned, FLOAT_FORMATS[signal.length], signal.length // 8)
     if signal.is_signed:
         return partial(_as_signed, unsigned, 1 << (signal.length - 1))
     return unsigned
@@ -58,9 +58,9 @@ def _as_signed(unsigned: Callable[[bytes], int | None], sign_bit: int, data: byt
     return None if raw is None else (raw ^ sign_bit) - sign_bit
 
 
-def _as_float(unsigned: Callable[[bytes], int | None], layout: struct.Struct, data: bytes) -> float | None:
+def _as_float(unsigned: Callable[[bytes], int | None], layout: str, size: int, data: bytes) -> float | None:
     raw = unsigned(data)
     if raw is None:
         return None
-    value: float = layout.unpack(raw.to_bytes(layout.size, "big"))[0]
+    value: float = struct.unpack(layout, raw.to_bytes(size, "big"))[0]  # no struct.Struct: that cannot be copied
     return value

@@ -14,7 +14,10 @@ log = logging.getLogger(__name__)
 
 @contextmanager
 def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | None = None) -> Iterator[None]:
-    """Call `stop` at the first SIGTERM or SIGINT; a second one does what it does by default. Main thread only.
+    """Call `stop` at the first SIGTERM or SIGINT. Main thread only.
+
+    A second SIGINT does what it does by default. A second SIGTERM does nothing: `timeout` sends two, which would cut
+    the stop short.
 
     With `reload`, that is called at each SIGHUP. Both are called from a thread of their own: a handler runs in the
     midst of whatever the main thread does, and would wait for ever for a lock that the main thread holds.
@@ -22,8 +25,10 @@ def stopped_by_signals(stop: Callable[[], None], reload: Callable[[], None] | No
     arrived: SimpleQueue[signal.Signals | None] = SimpleQueue()  # its `put` may interrupt itself
 
     def handle(number: int, _frame: FrameType | None) -> None:
-        if number != signal.SIGHUP:
-            signal.signal(number, previous[signal.Signals(number)])
+        if number == signal.SIGINT:
+            signal.signal(number, previous[signal.SIGINT])
+        elif number == signal.SIGTERM:
+            signal.signal(number, lambda *_: None)  # SIG_IGN: Python tells of one that has just come
         arrived.put(signal.Signals(number))
 
     def act() -> None:
