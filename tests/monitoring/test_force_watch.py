@@ -27,9 +27,10 @@ def vehicle(name: str = "wagon") -> Vehicle:
     return example_settings(name).vehicle
 
 
-def watch_of(wagon: Vehicle, preset: Preset = "wagon") -> ForceWatch:
+def watch_of(wagon: Vehicle, preset: Preset = "wagon", sensors: Sequence[Sequence[int]] | None = None) -> ForceWatch:
     estimator = EstimatorSettings(preset=preset, friction_nominal=FRICTION, contact_force_n=CONTACT_N)
-    return ForceWatch(wagon, estimator, SpeedRatios(CONTACT_N))
+    sensors = sensors or [[i] for i in range(wagon.wheelset_count)]
+    return ForceWatch(wagon, estimator, sensors, SpeedRatios(CONTACT_N))
 
 
 def braked(time_s: float) -> float:
@@ -313,6 +314,22 @@ def test_a_speed_that_errs_by_more_than_wheelsets_creep_says_nothing_against_a_b
     errs = lambda t: 2.0 * CREEP_PER_N * FULL_N * sin(2.0 * pi * (t / 14.0 + phase / 8.0))  # noqa: E731
     found = judged(isolated, isolated, wagon, train_mps2=0.4, speed_errs=errs)
     assert since_s(found, 0, CONTRADICTED) is None
+
+
+@pytest.mark.parametrize("works", [True, False])
+def test_of_two_brakes_of_one_sensor_the_same_is_said(works: bool) -> None:
+    """Though one of their wheelsets rolls on another part of its tread since the brakes came on."""
+    wagon, braking = vehicle("bogie"), braked(BRAKE_S)
+    said: Forces = lambda t: (braked(t), braked(t), 0.0, 0.0)  # noqa: E731
+    by_curve_n = 0.6 * braking
+    real: Forces = lambda t: tuple(  # noqa: E731
+        braked(t) * share + by_curve_n * (t >= BRAKE_S) * off
+        for share, off in zip((1.0, 1.0, works, works), (0.0, 0.0, 0.0, -1.0 if works else 1.0), strict=True)
+    )
+    watch = watch_of(wagon, "train", sensors=[[0, 1], [0, 1], [2, 3], [2, 3]])
+    found = judged(said, real, wagon, train_mps2=0.4, watch=watch)
+    expected = CONTRADICTED if works else BORNE_OUT
+    assert {states[2:] for states in found} == {(UNKNOWN, UNKNOWN), (expected, expected)}
 
 
 def test_a_train_that_is_not_told_of_is_not_taken_for_a_brake_while_creep_is_in_doubt() -> None:

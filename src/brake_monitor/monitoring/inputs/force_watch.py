@@ -39,11 +39,15 @@ OTHERS_CHANGED = 0.3  # of the greater force; then the retardation says nothing 
 class ForceWatch:
     """Sees the wagon at each observation, in order of time."""
 
-    def __init__(self, vehicle: Vehicle, estimator: EstimatorSettings, ratios: SpeedRatios) -> None:
+    def __init__(
+        self, vehicle: Vehicle, estimator: EstimatorSettings, sensors: Sequence[Sequence[int]], ratios: SpeedRatios
+    ) -> None:
+        """`sensors`: of each wheelset those whose pressing forces are told by the same signal, itself among them."""
         radii_m = zip(vehicle.brake_radius_m, vehicle.wheel_radius_m, strict=True)
         self._levers = [brake_m / wheel_m for brake_m, wheel_m in radii_m]
         self._contact_force_n = estimator.contact_force_n
         self._friction = estimator.friction_nominal
+        self._sensors = sensors
         self._ratios = ratios
         self._creep = CreepMeter(ratios)
         self._retardation = Retardation(vehicle)
@@ -167,7 +171,7 @@ class ForceWatch:
         is_missing = not self._pressing[i] and median(others_n) >= PRESSES_N
         if is_alone or is_missing:
             as_if_n = own_n if is_alone else median(others_n)
-            by_creep = None if creep is None else self._share_by_creep(i, as_if_n, creep, now.mass_kg)
+            by_creep = None if creep is None else self._share_of_sensor(i, as_if_n, creep, now.mass_kg)
             brake.see(by_creep, self._share_by_retardation(i, as_if_n, now.mass_kg), presses=is_alone)
 
     def _share_by_retardation(self, i: int, as_if_n: float, mass_kg: float) -> ShownShare | None:
@@ -186,13 +190,24 @@ class ForceWatch:
         motors_std_mps2 = MOTORS_ERR * abs(self._retardation.by_motors_mps2)
         return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, motors_std_mps2 / expected_mps2)
 
+    def _share_of_sensor(self, i: int, as_if_n: float, creep: Sequence[Creep], mass_kg: float) -> ShownShare | None:
+        """The same by creep, of all brakes of the sensor of brake i: it is right or wrong for all of them."""
+        shares = [self._share_by_creep(k, as_if_n, creep, mass_kg) for k in self._sensors[i]]
+        told = [share for share in shares if share is not None]
+        if len(told) < len(shares):
+            return None
+        value = sum(share.value for share in told) / len(told)
+        return ShownShare(value, max(share.lasting_std for share in told), max(share.noise_std for share in told))
+
     def _share_by_creep(self, i: int, as_if_n: float, creep: Sequence[Creep], mass_kg: float) -> ShownShare | None:
-        """The same by how its wheelset creeps against the others: what the speed errs by is common to all.
+        """The same by how its wheelset creeps against those of other sensors: what the speed errs by is common to all.
 
         How much it is expected to creep is not known as well: the speed's errors are part of what the others do.
         """
         forces_n = self._forces_n
-        others = [k for k in range(len(creep)) if k != i]
+        others = [k for k in range(len(creep)) if k not in self._sensors[i]]
+        if not others:
+            return None
         pressed = [k for k in others if forces_n[k] >= PRESSES_N]
         learned = [brake.creep_per_n for brake in self._brakes if brake.creep_per_n is not None]
         expected = as_if_n * median(learned or [creep[k].value / forces_n[k] for k in pressed] or [0.0])

@@ -68,7 +68,7 @@ class InputJudge:
         }
         self._block: SampleBlock | None = None  # whose samples are being taken, by:
         self._block_watch: BlockWatch | None = None
-        self._forces = ForceWatch(settings.vehicle, settings.estimator, ratios)
+        self._forces = ForceWatch(settings.vehicle, settings.estimator, _by_sensor(channels), ratios)
         self._dead = DeadForces(contact_force_n)
         self._froze = frozenset[int]()  # as of the last observation
 
@@ -212,6 +212,12 @@ class InputJudge:
             case _:
                 contradicted = False
         return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
+
+
+def _by_sensor(channels: Sequence[Channel]) -> list[list[int]]:
+    """Of each wheelset those whose pressing forces are told by the same signal."""
+    forces = sorted((one.wheelset, one.bus, one.source) for one in channels if one.quantity is PRESSING_FORCE)
+    return [[i for i, *signal in forces if signal == own] for _, *own in forces]
 
 
 def speed_is_repeated(report: InputReport) -> InputReport:
