@@ -42,7 +42,7 @@ def test_error_frames_are_counted_on_their_bus_and_one_that_says_off_holds_until
     assert [(bus.error_frames, bus.is_off) for bus in watch.reports(2.5)] == [(2, True), (1, False)]
 
 
-def test_silence_is_counted_since_the_last_frame_and_anew_after_a_clock_that_was_set_back() -> None:
+def test_silence_is_counted_since_the_last_frame_and_anew_after_a_clock_that_was_set() -> None:
     watch = BusWatch(("can0", "rear"), ())
     assert [bus.silent_s for bus in watch.reports(100.0)] == [0.0, 0.0]
     watch.see(Frame(104.0, "can0", 0x100, False, b""))
@@ -50,3 +50,5 @@ def test_silence_is_counted_since_the_last_frame_and_anew_after_a_clock_that_was
     assert [bus.silent_s for bus in watch.reports(105.0)] == [1.0, 5.0]
     assert [bus.silent_s for bus in watch.reports(50.0)] == [0.0, 0.0]
     assert [bus.silent_s for bus in watch.reports(53.0)] == [3.0, 3.0]
+    assert [bus.silent_s for bus in watch.reports(1.7e9)] == [0.0, 0.0]  # by satellites, which tell the year
+    assert [bus.silent_s for bus in watch.reports(1.7e9 + 3600.0)] == [3600.0, 3600.0]

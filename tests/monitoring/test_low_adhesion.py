@@ -124,6 +124,19 @@ def test_nor_does_a_wheelset_that_stands_of_which_nothing_but_the_wagon_tells() 
     assert cleared.evidence["least_adhesion"] == pytest.approx(0.01 + 1.96 * 0.013)
 
 
+def test_an_event_goes_on_while_wheelsets_stand_and_nobody_knows_any_more_what_the_rail_gives() -> None:
+    """While they stand nothing tells of it but the wagon's speed: the interval grows, the estimate does not."""
+    standing = [unsure([e], 0.004 * k)[0] for k, e in enumerate(stretch(12.0, 25.0, 0.03))]
+    monitor = Monitor(wagon_rules(AlarmSettings(slide=SlideRule(enabled=False)), 1))
+    told = []
+    for e in stretch(10.0, 12.0, 0.04) + standing + stretch(25.0, 30.0, 0.0, saturated=False):
+        wheel = WheelState.STOPPED if e in standing else state(e)
+        told += [alarm for alarm in monitor.see(observation(e, wheels=(wheel,))) if alarm.kind == "low_adhesion"]
+    (cleared,) = [alarm for alarm in told if alarm.cleared_time_s is not None]
+    assert cleared.evidence["ended_time_s"] == pytest.approx(25.0, abs=0.45)  # one that was released still tells
+    assert cleared.severity is Severity.WARNING
+
+
 def test_what_a_slide_begins_with_is_no_news_of_the_rail_until_there_is_half_a_second_of_it() -> None:
     """A wheelset that another force holds slides before its brake is on, and its adhesion seems to rise with that."""
     (alarm,) = play(stretch(10.0, 10.1, 0.003) + stretch(10.1, 10.2, 0.016) + stretch(10.2, 13.0, 0.03))

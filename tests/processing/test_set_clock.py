@@ -11,7 +11,7 @@ import pytest
 from msgspec.structs import replace
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.frame import Frame
+from brake_monitor.frame import YEAR_S, Frame
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.processing.pipeline import Outputs, Pipeline
@@ -154,6 +154,15 @@ def test_a_pause_is_as_long_as_a_clock_says_that_is_set_before_the_first_frame(b
     assert wrong_stops == right_stops
     assert wrong.estimator.learned() == right.estimator.learned()
     assert wrong.brake_book.brakes == right.brake_book.brakes
+
+
+def test_a_leap_of_years_is_a_clock_that_was_set_and_no_silence() -> None:
+    """By the first satellites that a gateway without a clock of its own hears; nobody tells the pipeline of it."""
+    recording, set_s, by_s = drive(DRY), EPOCH_S + 9.0, 45 * YEAR_S
+    shown = [frame._replace(time_s=frame.time_s + by_s * (frame.time_s >= set_s)) for frame in recording.frames]
+    pipeline = Pipeline.from_settings(recording.settings)
+    outputs = [pipeline.step(frame) for frame in shown]
+    assert [alarm.kind for output in outputs for alarm in output.alarms] == []
 
 
 def test_what_an_earlier_run_saw_of_a_braking_is_told_by_the_new_time() -> None:

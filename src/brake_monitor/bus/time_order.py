@@ -5,11 +5,11 @@ from math import inf
 
 import numpy as np
 
+from brake_monitor.frame import YEAR_S
 from brake_monitor.frame_block import FrameBlock
 
 TOLERATED_S = 0.05  # what is captured as much earlier is still fused
 MANY = 100  # frames that no bus carries at once
-YEAR_S = 365.25 * 86400.0
 
 
 class TimeOrder:

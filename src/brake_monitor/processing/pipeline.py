@@ -14,7 +14,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.decoding.time_outs import Passage
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.frame import Frame
+from brake_monitor.frame import YEAR_S, Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
@@ -227,6 +227,8 @@ class Pipeline:
         alarms: list[Alarm] = []
         applications: list[ApplicationRecord] = []
         from_s = self._taken_s
+        if time_s - from_s > YEAR_S:
+            return NOTHING
         for k in range(1, int(min(time_s - from_s, LONGEST_SILENCE_S) / OBSERVATION_PERIOD_S)):
             outputs = self._take([], from_s + k * OBSERVATION_PERIOD_S, gives_estimate=False)
             alarms += outputs.alarms

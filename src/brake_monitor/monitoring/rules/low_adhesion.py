@@ -29,7 +29,8 @@ class _Asked(NamedTuple):
     """What the rail gave to wheelsets that asked it for more."""
 
     time_s: float
-    adhesion: float
+    adhesion: float  # at the most
+    estimated: float
     is_valid: bool  # the estimate that says so
 
 
@@ -131,7 +132,7 @@ class LowAdhesion:
         self._acts_before = self._earlier_acts.see(now.time_s, _wsp_actions(now))
         given = self._given(seen)
         if given is not None:
-            self._asked.append(_Asked(now.time_s, given, now.status is Status.VALID))
+            self._asked.append(_Asked(now.time_s, *given, now.status is Status.VALID))
         if not self._asked:  # of an event that an earlier run has told of nothing is known before the wheelsets are
             return UNKNOWN if self._event and UNTOLD.issuperset(seen.wheels) else FINE
         asked_s = self._asked[-1].time_s
@@ -142,7 +143,10 @@ class LowAdhesion:
             self._asked.popleft()
         best = max(asked.adhesion for asked in self._asked)
         if best >= self.settings.low:
-            return FINE if best > self.settings.low + self.settings.clear_margin else UNKNOWN
+            estimated = max(asked.estimated for asked in self._asked)
+            if estimated < self.settings.low and (event := self._running(now.time_s)):  # it may go on
+                event.ended = _End.at(now)
+            return FINE if estimated > self.settings.low + self.settings.clear_margin else UNKNOWN
         self._note(now, best, is_sure=self._is_sure())
         return self._finding(now, best)
 
@@ -150,8 +154,11 @@ class LowAdhesion:
         """Whether valid estimates tell of enough sliding: a brake that is only coming on does not ask for all."""
         return len(self._asked) == self._asked.maxlen and all(asked.is_valid for asked in self._asked)
 
-    def _given(self, seen: Observation) -> float | None:
-        """What the rail gives to the wheelsets that slide on it; None when none does or it cannot be told."""
+    def _given(self, seen: Observation) -> tuple[float, float] | None:
+        """What the rail gives to the wheelsets that slide on it, at the most and as it is estimated.
+
+        None when none does or it cannot be told.
+        """
         now = seen.estimate
         if MAY_SLIDE.isdisjoint(seen.wheels):
             return None
@@ -164,12 +171,16 @@ class LowAdhesion:
         if BLOCKED in states:  # how much of what retards the wagon is its, and how much those that stand, is unknown
             states = tuple([BLOCKED if state is STOPPED else state for state in states])
         sliding = [
-            own.adhesion + (DOUBTED_SIGMAS * own.adhesion_std if is_unsure or state is STOPPED else 0.0)
+            (own.adhesion, DOUBTED_SIGMAS * own.adhesion_std if is_unsure or state is STOPPED else 0.0)
             for own, state in zip(now.wheelsets, states, strict=True)
             if _slides(own, state)
         ]
-        given = sum(sliding) / len(sliding) if sliding else None
-        return None if given is not None and given < 0.0 else given  # a rail that pushes on is an estimate that errs
+        if not sliding:
+            return None
+        estimated, unsure = (sum(values) / len(sliding) for values in zip(*sliding, strict=True))
+        if estimated + unsure < 0.0:  # a rail that pushes on is an estimate that errs
+            return None
+        return estimated + unsure, estimated
 
     def _nothing_asked(self, time_s: float, asked_s: float) -> Verdict:
         """Gaps shorter than the merging gap belong to the event, whose end then waits for no `clear_s` of its own."""
