@@ -378,6 +378,14 @@ class TestUnevenBraking:
         assert isinstance(of_one, Finding)
         assert of_one.message.endswith("(its pressing force differs as much: brake gear or valve of either).")
 
+    def test_of_two_halves_either_may_press_as_it_should_not(self) -> None:
+        weak = wheelset_stop(pressing_force_n=0.6 * FULL_N, torque_nm=0.6 * 0.34 * FULL_N * 0.247)
+        first, second, *others = told(self.rule, stop(weak, weak, wheelset_stop(), wheelset_stop()))
+        for one in (first, second):
+            assert isinstance(one, Finding)
+            assert one.message.endswith("(its pressing force differs as much: brake gear or valve of either half).")
+        assert severities(others) == [None, None]
+
     def test_more_torque_with_less_pressing_force_is_not_the_brake_gears_fault(self) -> None:
         grabs = wheelset_stop(0.6, pressing_force_n=0.7 * FULL_N, torque_nm=1.4 * 0.34 * FULL_N * 0.247)
         verdict = told(self.rule, stop(wheelset_stop(), grabs, wheelset_stop(), wheelset_stop()))[1]

@@ -35,6 +35,7 @@ IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.CONTRADICTED: "contradicts the others",
 }
 TO_CHECK: Mapping[tuple[InputCondition, Quantity], str] = {  # beside sensor and wiring
+    (InputCondition.CONTRADICTED, Quantity.SPEED): ", and that the wheelsets turn",
     (InputCondition.CONTRADICTED, Quantity.AXLE_SPEED): ", and that the wheelset turns",
     (InputCondition.CONTRADICTED, Quantity.PRESSING_FORCE): ", and that it measures what reaches the cylinder",
     (InputCondition.NOT_AVAILABLE, Quantity.SPEED): ", unless it is a satellite receiver's in a tunnel",

@@ -64,7 +64,7 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
         alike = "with the same pressing force: pads or brake gear"
         if apart < 0.0:  # creep is told against the rolling before, in which such a brake retards as well
             alike += ", or it drags when released"
-        whose = " of either" if len(record.wheelsets) == 2 else ""  # the other one may press too much
+        whose = self._whose(torques_nm[i], torques_nm)
         cause = f"its pressing force differs as much: brake gear or valve{whose}" if by_force else alike
         return Finding(
             Severity.ALARM if abs(apart) > self.settings.alarm else Severity.WARNING,
@@ -80,6 +80,13 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
             },
             misled_by=None if by_force else MisledBy.UNEVEN,
         )
+
+    def _whose(self, torque_nm: float, torques_nm: Sequence[float]) -> str:
+        """Where half of all brake as little as it does, the others may press too much."""
+        alike = sum(abs(other_nm - torque_nm) <= self.settings.warning * torque_nm for other_nm in torques_nm)
+        if 2 * alike < len(torques_nm):
+            return ""
+        return " of either" if len(torques_nm) == 2 else " of either half"
 
     def _is_of_stronger_half(self, torque_nm: float, torques_nm: Sequence[float]) -> bool:
         """Whether half of all brake at least about as much: of two wheelsets, or bogies, the weaker one is named."""
