@@ -207,6 +207,15 @@ def test_the_tightest_curves_are_no_drag_that_has_begun(count: int) -> None:
     assert seen(drive(700.0, curve, braked=lambda _: 0.0)) == (None, None)
 
 
+@pytest.mark.parametrize(("shift", "is_found"), [(2.9e-3, False), (3.1e-3, True)])
+def test_one_that_dragged_while_the_brakes_were_on_is_no_warm_tread_if_it_lags_too_far(
+    shift: float, is_found: bool
+) -> None:
+    """Its pads stuck in mid-application: no tread grows so warm that its wheel turns 0.3 % more slowly."""
+    _, found_s = seen(drive(450.0, lambda t: (0.0, 0.0, 0.0, shift * (t >= BRAKED_S))))
+    assert (found_s is not None) is is_found
+
+
 def test_where_two_of_four_turn_more_slowly_neither_is_told() -> None:
     shift = drags(8e3, 4)
     assert seen(drive(600.0, lambda t: [shift(t)[-1], 0.0, 0.0, shift(t)[-1]])) == (None, None)

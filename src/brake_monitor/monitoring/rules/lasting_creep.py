@@ -28,6 +28,7 @@ HALF_TURN_M = 1.0  # R = 500 m makes leading and trailing wheelsets differ by 6e
 LEAST_SHIFT = 1.5e-4  # treads that some blocks warm more than others do as much
 MOST_SHIFT = 1e-2  # by a drag of 0.3 on a contact with a creep stiffness of 30; more is no drag's
 NO_CURVES = 1.5e-3  # R = 200 m makes leading and trailing wheelsets differ by 1.4e-3
+WARMEST = 3e-3  # by a tread 250 K warmer than the others
 TURNED = 2e-3  # more than a drag changes by: a wheelset was turned, or changed
 SLOWER_BEFORE = 0.25  # so much of the way before may have been curves that slow this wheelset down as well ...
 FASTER_SINCE = 0.1  # ... and so much of the way since curves that let it run ahead
@@ -196,7 +197,8 @@ class LastingCreepSearch:
         fastest_since = since[-1 - int(FASTER_SINCE * len(since))]
         if slowest_before - fastest_since < most:
             return False
-        if len(self._braking) >= LEAST_BRAKING and _mean_apart(self._braking)[i] - median(since) < most:
+        may_be_warm = drag.slip_shift < WARMEST and len(self._braking) >= LEAST_BRAKING
+        if may_be_warm and _mean_apart(self._braking)[i] - median(since) < most:
             return False
         others = zip(self._before.others(i), self._since.others(i), strict=True)
         return all(abs(was - now) <= most for was, now in others)
