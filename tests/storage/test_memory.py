@@ -244,6 +244,15 @@ def test_what_is_refused_is_kept_aside_and_a_new_memory_begins(
     assert aside.name in caplog.text
 
 
+def test_a_file_that_a_power_cut_has_left_empty_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    (tmp_path / FILE_NAME).touch()
+    with began(tmp_path, StandIn()) as memory:
+        assert not memory.failing
+    assert [line for line in caplog.messages if "empty" in line] == [
+        f"{tmp_path / FILE_NAME}: the file is empty, and a new memory begins"
+    ]
+
+
 def test_of_what_is_refused_again_and_again_only_the_last_is_kept(tmp_path: Path) -> None:
     for _ in range(8):
         (tmp_path / FILE_NAME).write_bytes(b"\0" * 5000)
@@ -479,7 +488,8 @@ def test_a_disk_that_comes_late_is_added_to_and_not_overwritten(tmp_path: Path) 
         assert opened.id == "new"
 
 
-def test_open_alarms_of_a_rule_that_is_off_are_over(tmp_path: Path) -> None:
+def test_open_alarms_of_a_rule_that_is_off_are_over(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    caplog.set_level("INFO")
     off, on = alarm(id="off", updated_time_s=1.7e9 + 7.0), alarm(id="on", kind="bus_silent", wheelset=None)
     with kept(tmp_path) as store:
         store.write(Batch(alarms={a.id: a for a in (off, on)}))
@@ -490,6 +500,9 @@ def test_open_alarms_of_a_rule_that_is_off_are_over(tmp_path: Path) -> None:
     with kept(tmp_path) as store:
         assert store.remembered().open_alarms == (on,)
         assert store.alarms() == [replace(off, cleared_time_s=1.7e9 + 7.0), on]
+    assert [line for line in caplog.messages if "alarm" in line] == [
+        "alarm off of an earlier run cleared: its rule is off, or has raised it anew"
+    ]
 
 
 def test_what_a_person_enters_is_taken_up_while_the_daemon_runs_and_only_once(tmp_path: Path) -> None:

@@ -134,7 +134,10 @@ class Memory:
             pipeline.resume(Remembered(None, found.brakes, opened))
         self._recorder.resume(found)
         taken_up = {alarm.id for alarm in pipeline.remembered().open_alarms}
-        return {alarm.id: self._given_up(alarm) for alarm in found.open_alarms if alarm.id not in taken_up}
+        given_up = [alarm for alarm in found.open_alarms if alarm.id not in taken_up]
+        for alarm in given_up:
+            log.info("alarm %s of an earlier run cleared: its rule is off, or has raised it anew", alarm.id)
+        return {alarm.id: self._given_up(alarm) for alarm in given_up}
 
     def _given_up(self, alarm: Alarm) -> Alarm:
         now_s = max(self._now_s, alarm.updated_time_s)  # before the first frame nobody knows the time

@@ -60,6 +60,8 @@ class MemoryDirectory:
     def open(self) -> Store:
         """Open the file, or a new one where it cannot be used; StoreError or OSError when the disk fails."""
         self.lock()
+        if self._path.exists() and self._path.stat().st_size == 0:
+            log.warning("%s: the file is empty, and a new memory begins", self._path)
         try:
             return Store.open(self._path, *self._vehicle)
         except RefusedError as error:
