@@ -38,10 +38,13 @@ class MemoryDirectory:
 
     def lock(self) -> None:
         """Make sure that no other daemon writes here: WorkError when one does, OSError when the disk fails."""
+        path = self.place / "lock"
         if self._lock is not None:
-            return
+            if path.exists() and path.stat().st_ino == os.fstat(self._lock).st_ino:
+                return
+            self.unlock()  # it was taken away
         self.place.mkdir(mode=0o700, parents=True, exist_ok=True)
-        lock = os.open(self.place / "lock", os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
+        lock = os.open(path, os.O_RDWR | os.O_CREAT | os.O_CLOEXEC, 0o600)
         try:
             fcntl.flock(lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except OSError as error:

@@ -98,7 +98,6 @@ class MemoryWriter:
         if self._store is not None and not self._store.is_in_place:
             log.warning("%s: the memory was taken away; all that is known is written anew", self._directory.place)
             self._let_go()
-            self._directory.unlock()
         try:
             store = self._store or self._open()
             self._write_batch(store)

@@ -51,7 +51,7 @@ class Store:
         self._path = path
         with self._own_errors():
             self._db = _connect(path, mode)
-            self._inode = path.stat().st_ino
+        self._inodes: tuple[int | None, int | None] = (None, None)  # of the file and its log, once it is checked
         self._written: dict[str, object] = {}  # what `_state_of` told of what the file holds
         self._gauges_written = 0  # number of the last entry that is known to be marked as applied
 
@@ -78,6 +78,7 @@ class Store:
             with store._own_errors():
                 store._db.execute(f"PRAGMA cache_size = -{CACHE_KIB}")
                 check(store)
+                store._inodes = _inodes(path)
         except BaseException:
             store.close()
             raise
@@ -89,11 +90,9 @@ class Store:
 
     @property
     def is_in_place(self) -> bool:
-        """Whether it is still the file of its path: what was removed or set aside can be written, and is lost."""
-        try:
-            return self._path.stat().st_ino == self._inode
-        except OSError:
-            return False
+        """Whether it is still the file of its path, with its log: what was removed can be written on, and is lost."""
+        (file, file_log), (now, log_now) = self._inodes, _inodes(self._path)
+        return file == now and file_log in {None, log_now}
 
     def __enter__(self) -> Self:
         return self
@@ -356,6 +355,19 @@ def _refuse_orphaned_log(path: Path) -> None:
     log = log_of(path)
     if log.exists() and log.stat().st_size and not (path.exists() and path.stat().st_size):
         raise RefusedError(f"{path}: the file is missing or empty, and its log is not")
+
+
+def _inodes(path: Path) -> tuple[int | None, int | None]:
+    """Of a database and its write-ahead log."""
+    return _inode(path), _inode(log_of(path))
+
+
+def _inode(path: Path) -> int | None:
+    """None where there is no such file."""
+    try:
+        return path.stat().st_ino
+    except OSError:
+        return None
 
 
 def log_of(path: Path) -> Path:
