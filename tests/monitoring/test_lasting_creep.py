@@ -207,6 +207,14 @@ def test_the_tightest_curves_are_no_drag_that_has_begun(count: int) -> None:
     assert seen(drive(700.0, curve, braked=lambda _: 0.0)) == (None, None)
 
 
+def test_a_strong_one_whose_pads_grow_hot_and_rub_less_lasts() -> None:
+    """To a third of what it was found with, which is still more than most drags do."""
+    shift: Shifts = lambda t: (0.0, 0.0, 0.0, (t >= RELEASED_S) * max(3e-3 - 1e-5 * (t - RELEASED_S), 1e-3))  # noqa: E731
+    search = LastingCreepSearch(CONTACT_N, LEAST_N)
+    assert seen(drive(600.0, shift), search)[1] is not None
+    assert search.lasting.keys() == {3}
+
+
 @pytest.mark.parametrize(("shift", "is_found"), [(2.9e-3, False), (3.1e-3, True)])
 def test_one_that_dragged_while_the_brakes_were_on_is_no_warm_tread_if_it_lags_too_far(
     shift: float, is_found: bool

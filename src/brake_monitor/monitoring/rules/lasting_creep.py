@@ -33,6 +33,7 @@ TURNED = 2e-3  # more than a drag changes by: a wheelset was turned, or changed
 SLOWER_BEFORE = 0.25  # so much of the way before may have been curves that slow this wheelset down as well ...
 FASTER_SINCE = 0.1  # ... and so much of the way since curves that let it run ahead
 STEADY = 0.5  # of the shift: the most by which anything else may move
+STILL_THERE = 7e-4  # or half of the shift it was found with: pads that drag grow hot and rub less
 BRAKING = 100  # observations, 10 s, of an application ...
 EASED = 0.8  # ... before its force falls to this: in a release, pads that stick already press more than is told
 LEAST_BRAKING = 10
@@ -225,7 +226,7 @@ class LastingCreepSearch:
 
 def _is_slower(drag: CreepDrag, stretch: Stretch) -> bool:
     shift = drag.rolled_apart - stretch.apart[drag.wheelset]
-    return STEADY * drag.slip_shift <= shift <= drag.slip_shift + TURNED
+    return min(STEADY * drag.slip_shift, STILL_THERE) <= shift <= drag.slip_shift + TURNED
 
 
 def _mean_apart(turns: Sequence[Sequence[float]]) -> tuple[float, ...]:
