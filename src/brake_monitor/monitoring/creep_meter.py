@@ -19,6 +19,7 @@ FREE_AFTER_S = 3.0  # after the last contact, or a motor, every wheelset rolls f
 LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
 REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say ...
 ERRORS_S = 60.0  # ... but for how the vehicle's speed errs
+ERRS_ALIKE_S = 5.0  # for about so long; what errs for less shows as scatter
 LEAST_REFERENCE_S = 1.0  # how little that is worth, its deviation says
 AVERAGE_S = 1.0
 LONGEST_GAP_S = 1.0
@@ -30,11 +31,16 @@ class Creep(Struct, frozen=True):
     value: float  # about a second's mean
     noise_s: float  # the square of its own deviation over a second: over T s, a mean's is noise / T
     reference_std: float  # of the free rolling that it is told against, the same until the brake is released
-    common_std: float = 0.0  # of the vehicle's speed over a second: it errs by this much for seconds
+    common_noise_s: float = 0.0  # the square of what the vehicle's speed errs by over a second, as `noise_s`
+    common_lasting_std: float = 0.0  # by so much it errs for ERRS_ALIKE_S and more
 
     def std(self, span_s: float) -> float:
         """Standard deviation of a mean over so long, against the other wheelsets'."""
         return hypot(sqrt(self.noise_s / span_s), self.reference_std)
+
+    def common_std(self, span_s: float) -> float:
+        """Likewise of what is common to all wheelsets."""
+        return hypot(sqrt(self.common_noise_s / span_s), self.common_lasting_std)
 
 
 class SpeedRatios:
@@ -92,7 +98,8 @@ class CreepMeter:
         self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
         self._free_noise_s: list[float] = []
         self._erred_s = 0.0  # over which is known ...
-        self._error_squared = 0.0  # ... by how much a second's mean of all wheelsets left free rolling
+        self._noise_s = self._lasting = 0.0  # ... by how much all have left free rolling: squares, as in `Creep`
+        self._off = 0.0  # lately
 
     def note(self, now: Estimate, known: Sequence[bool]) -> None:
         """Take an estimate, or the same one once more, and which pressing forces are known.
@@ -115,9 +122,13 @@ class CreepMeter:
 
     def _see_common(self, ratios: SpeedRatios) -> None:
         """See by how much the ratios of all, which roll freely, have left what they were."""
-        self._erred_s = min(self._erred_s + ratios.step_s, ERRORS_S)
-        off = sum(lately / free for lately, free in zip(ratios.lately, self._free, strict=True)) / len(self._free) - 1.0
-        self._error_squared += (off * off - self._error_squared) * ratios.step_s / self._erred_s
+        step_s, count = ratios.step_s, len(self._free)
+        off = sum(lately / free for lately, free in zip(ratios.lately, self._free, strict=True)) / count - 1.0
+        self._off += (off - self._off) * step_s / ERRS_ALIKE_S
+        self._erred_s = min(self._erred_s + step_s, ERRORS_S)
+        share = step_s / self._erred_s
+        self._noise_s += (off * off - self._noise_s) * share
+        self._lasting += (self._off * self._off - self._lasting) * share
 
     def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
         """Each wheelset's as of `now`, the estimate taken last, about a second's mean.
@@ -133,8 +144,8 @@ class CreepMeter:
 
     def _creep(self, i: int) -> Creep:
         value = 1.0 - self._ratios.lately[i] / self._free[i]
-        reference_std, common_std = sqrt(self._free_noise_s[i] / self._free_s), sqrt(self._error_squared)
-        return Creep(value, self._ratios.noise_s[i], reference_std, common_std)
+        reference_std = sqrt(self._free_noise_s[i] / self._free_s)
+        return Creep(value, self._ratios.noise_s[i], reference_std, self._noise_s, sqrt(self._lasting))
 
 
 def _relative_noise_s(wheelset: WheelsetEstimate) -> float:

@@ -17,16 +17,15 @@ from brake_monitor.estimation.core.prediction import PAUSE_S
 from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
-from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import ERRS_ALIKE_S, Creep, CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.retardation import Retardation
-from brake_monitor.monitoring.inputs.watched_force import WORKS, ForceState, ShownShare, WatchedForce
+from brake_monitor.monitoring.inputs.watched_force import SURE_SIGMAS, WORKS, ForceState, ShownShare, WatchedForce
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SETTLED_S = 3.0  # after a slide
 LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
 SOFTEST, STIFFEST = 20.0, 200.0  # adhesion over creep, of any contact
-ERRS_ALIKE_S = 5.0  # for about so long the vehicle's speed errs by the same
 OBSERVED_S = 0.1
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
@@ -58,6 +57,8 @@ class ForceWatch:
         self._slid_s = self._changed_s = -inf
         self._applied_s = self._pressed_s = -inf  # when brakes came on after all had been released, when any pressed
         self._pressing: tuple[bool, ...] = ()
+        self._creep_per_n = 0.0  # of those that press, mean since the same ones have, while they are watched ...
+        self._crept = 0  # ... observations
         self._brakes = [WatchedForce() for _ in self._levers]
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
         self.idle = frozenset[int]()  # wheelsets whose brakes have shown to do nothing, and have not pressed since
@@ -92,6 +93,8 @@ class ForceWatch:
             judged = [i for i, is_told in enumerate(measured) if is_told and all(believed[:i] + believed[i + 1 :])]
             creep = self._creep.creep(now)
             if not all(self._pressing):
+                if creep is not None and now.time_s - self._changed_s >= STEADY_S:
+                    self._see_creep(creep)
                 for i in judged:
                     self._judge(i, now, creep)
             elif creep is not None and len(self._brakes) > 1 and self._is_steady(now.time_s):
@@ -147,7 +150,7 @@ class ForceWatch:
         for brake, presses, pressed in zip(self._brakes, pressing, self._pressing or pressing, strict=True):
             if presses is not pressed:
                 brake.forget()
-        self._pressing, self._changed_s = pressing, now.time_s
+        self._pressing, self._changed_s, self._crept = pressing, now.time_s, 0
 
     def _note_application(self, time_s: float, pressing: tuple[bool, ...]) -> None:
         """Note when brakes came on, and which have since."""
@@ -159,6 +162,14 @@ class ForceWatch:
         self._pressed_s = time_s
         for brake, presses in zip(self._brakes, pressing, strict=True):
             brake.has_pressed = presses or (brake.has_pressed and not begins)
+
+    def _see_creep(self, creep: Sequence[Creep]) -> None:
+        """Add up how far those creep that press: what the vehicle's speed errs by for a moment is none of it."""
+        pairs = zip(creep, self._forces_n, strict=True)
+        told = [own.value / force_n for own, force_n in pairs if force_n >= PRESSES_N]
+        if told:
+            self._crept += 1
+            self._creep_per_n += (median(told) - self._creep_per_n) / self._crept
 
     def _judge(self, i: int, now: Estimate, creep: Sequence[Creep] | None) -> None:
         brake, forces_n = self._brakes[i], self._forces_n
@@ -208,17 +219,16 @@ class ForceWatch:
         others = [k for k in range(len(creep)) if k not in self._sensors[i]]
         if not others:
             return None
-        pressed = [k for k in others if forces_n[k] >= PRESSES_N]
         learned = [brake.creep_per_n for brake in self._brakes if brake.creep_per_n is not None]
-        expected = as_if_n * median(learned or [creep[k].value / forces_n[k] for k in pressed] or [0.0])
+        expected = as_if_n * (median(learned) if learned else self._creep_per_n)
         if expected < LEAST_CREEP:
             return None
         adhesion = self._expected_mps2(i, as_if_n, mass_kg) * len(creep) / GRAVITY_MPS2
-        learned_s = OBSERVED_S * max(brake.learned for brake in self._brakes)
-        common_std = creep[i].common_std / sqrt(max(learned_s / ERRS_ALIKE_S, 1.0))
-        least = max(expected - 2.0 * common_std, min(expected, adhesion / STIFFEST))
-        most = min(expected + 2.0 * common_std, max(expected, adhesion / SOFTEST))
-        per_creep, doubt = (1.0 / least + 1.0 / most) / 2.0, (1.0 / least - 1.0 / most) / 4.0
+        told_s = OBSERVED_S * (max(brake.learned for brake in self._brakes) if learned else self._crept)
+        common_std = creep[i].common_std(max(told_s, 1.0)) / sqrt(max(told_s / ERRS_ALIKE_S, 1.0))
+        least = max(expected - SURE_SIGMAS * common_std, min(expected, adhesion / STIFFEST))
+        most = min(expected + SURE_SIGMAS * common_std, max(expected, adhesion / SOFTEST))
+        per_creep, doubt = (1.0 / least + 1.0 / most) / 2.0, (1.0 / least - 1.0 / most) / 2.0 / SURE_SIGMAS
         lag = median([creep[k].value for k in others]) - creep[i].value
         own = median([forces_n[k] for k in others]) / as_if_n - lag * per_creep
         reference_std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) * per_creep
@@ -226,7 +236,7 @@ class ForceWatch:
         std = hypot(reference_std, lag * doubt)
         if len(others) > 1:
             return ShownShare(own, std, noise_std)
-        alone, alone_std = creep[i].value * per_creep, creep[i].common_std * per_creep
+        alone, alone_std = creep[i].value * per_creep, creep[i].common_lasting_std * per_creep
         share = median([own, WORKS, alone])  # it may be the other one that lies
         return ShownShare(share, hypot(std, alone_std), noise_std)
 

@@ -133,7 +133,7 @@ def _seems_braked(i: int, creep: tuple[Creep, ...] | None) -> bool | None:
     if creep is None or _of_others(i, creep) <= LEAST_CREEP:
         return None
     beyond = creep[i].value - BRAKES * _of_others(i, creep)
-    std = hypot(creep[i].std(AVERAGE_S), (1.0 - BRAKES) * creep[i].common_std)
+    std = hypot(creep[i].std(AVERAGE_S), (1.0 - BRAKES) * creep[i].common_std(AVERAGE_S))
     return beyond > 0.0 if abs(beyond) > CLEAR_SIGMAS * std else None
 
 
