@@ -968,6 +968,13 @@ class TestDraggingBrake:
         verdicts = play(self.rule(), forces, speed_mps=lambda t: 10.0 + gained_mps * t / 60.0)
         assert (found(verdicts) != [None, None]) is is_found
 
+    def test_what_the_brakes_did_while_their_forces_were_not_known_does_not_count(self) -> None:
+        """They may have been released, and put on anew at the speed that the train has gained."""
+        rule, lost_force = self.rule(), lost(Quantity.PRESSING_FORCE, InputCondition.LOST)
+        for speed_mps, inputs in ((5.0, ()), (5.0, lost_force), (20.0, ())):
+            verdicts = play(rule, lambda _: (11e3, 11e3), speed_mps=speed_mps, inputs=inputs, until_s=20.0)
+        assert found(verdicts) == [None, None]
+
     def test_a_lost_input_leaves_it_unknown(self) -> None:
         verdicts = play(self.rule(), self.residual, inputs=lost(Quantity.PRESSING_FORCE, InputCondition.LOST))
         assert {verdict for both in verdicts for verdict in both} == {UNKNOWN}

@@ -40,7 +40,8 @@ class Creep(Struct, frozen=True):
 
     def common_std(self, span_s: float) -> float:
         """Likewise of what is common to all wheelsets."""
-        return hypot(sqrt(self.common_noise_s / span_s), self.common_lasting_std)
+        lasting_std = self.common_lasting_std / sqrt(max(span_s / ERRS_ALIKE_S, 1.0))
+        return hypot(sqrt(self.common_noise_s / span_s), lasting_std)
 
 
 class SpeedRatios:

@@ -17,7 +17,7 @@ from brake_monitor.estimation.core.prediction import PAUSE_S
 from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
-from brake_monitor.monitoring.creep_meter import ERRS_ALIKE_S, Creep, CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.retardation import Retardation
 from brake_monitor.monitoring.inputs.watched_force import SURE_SIGMAS, WORKS, ForceState, ShownShare, WatchedForce
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
@@ -225,7 +225,7 @@ class ForceWatch:
             return None
         adhesion = self._expected_mps2(i, as_if_n, mass_kg) * len(creep) / GRAVITY_MPS2
         told_s = OBSERVED_S * (max(brake.learned for brake in self._brakes) if learned else self._crept)
-        common_std = creep[i].common_std(max(told_s, 1.0)) / sqrt(max(told_s / ERRS_ALIKE_S, 1.0))
+        common_std = creep[i].common_std(max(told_s, AVERAGE_S))
         least = max(expected - SURE_SIGMAS * common_std, min(expected, adhesion / STIFFEST))
         most = min(expected + SURE_SIGMAS * common_std, max(expected, adhesion / SOFTEST))
         per_creep, doubt = (1.0 / least + 1.0 / most) / 2.0, (1.0 / least - 1.0 / most) / 2.0 / SURE_SIGMAS

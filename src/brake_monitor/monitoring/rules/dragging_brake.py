@@ -51,9 +51,9 @@ class DraggingBrake:
         count = len(self.wheelsets)
         hidden = self._search.see(now, seen.all_good)
         creeping = self._long_search.see(now, seen.all_good)
+        gained_mps = self._pulled.see(now.speed_mps, seen.forces_n if seen.all_good else ())
         if not seen.all_good:
             return (UNKNOWN,) * count
-        gained_mps = self._pulled.see(now.speed_mps, seen.forces_n)
         self._participation.see(now.time_s, seen.forces_n)
         self._see_blocked(now.speed_mps, seen.wheels)
         if now.speed_mps < self.settings.min_speed_mps:

@@ -13,7 +13,10 @@ class PulledBraked:
         self.least_speed_mps = inf  # since more than half of the brakes have pressed without interruption
 
     def see(self, speed_mps: float, forces_n: Sequence[float]) -> float:
-        """Take an observation; the speed gained, m/s, 0 while no more than half of the brakes press."""
+        """Take an observation, without forces where they are not known; the speed gained, m/s.
+
+        0 while no more than half of the brakes press, as far as is known.
+        """
         if 2 * sum([force_n >= self._least_force_n for force_n in forces_n]) <= len(forces_n):
             self.least_speed_mps = inf
             return 0.0
