@@ -556,7 +556,8 @@ def test_nothing_that_was_asked_for_is_passed_over(folder: Path, arguments: str,
 
 
 def test_what_the_system_refuses_is_named(folder: Path) -> None:
-    assert_refused(folder, "schema -o good.log/schemas", "good.log/schemas: Not a directory", code=1, before=ALONE)
+    sentence = "good.log/schemas: cannot be created: Not a directory"
+    assert_refused(folder, "schema -o good.log/schemas", sentence, code=1, before=ALONE)
 
 
 @pytest.mark.parametrize(
