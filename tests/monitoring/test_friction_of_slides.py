@@ -13,7 +13,7 @@ from drives import drive
 
 STRAIGHT = Profile(((0.0, 0.0),))
 SLIDES_M = 1430.0  # from the beginning on, where slide protection has worked for some seconds
-TELLS = 0.04  # a third of it is what a rail without slides leaves open in a stop to standstill
+TELLS = 0.04  # a third of what a stop to standstill without slides leaves open
 
 
 def last_application(recording: Recording) -> ApplicationRecord:
