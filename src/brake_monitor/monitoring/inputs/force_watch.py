@@ -19,14 +19,20 @@ from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.retardation import Retardation
-from brake_monitor.monitoring.inputs.watched_force import SURE_SIGMAS, WORKS, ForceState, ShownShare, WatchedForce
+from brake_monitor.monitoring.inputs.watched_force import (
+    INDEPENDENT,
+    SURE_SIGMAS,
+    WORKS,
+    ForceState,
+    ShownShare,
+    WatchedForce,
+)
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SETTLED_S = 3.0  # after a slide
 LEAST_CREEP = 3e-4  # to be expected; less is lost in curves and noise
 SOFTEST, STIFFEST = 20.0, 200.0  # adhesion over creep, of any contact
-OBSERVED_S = 0.1
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
 FELL_S = 0.5  # a force that dies falls as quickly
@@ -224,8 +230,8 @@ class ForceWatch:
         if expected < LEAST_CREEP:
             return None
         adhesion = self._expected_mps2(i, as_if_n, mass_kg) * len(creep) / GRAVITY_MPS2
-        told_s = OBSERVED_S * (max(brake.learned for brake in self._brakes) if learned else self._crept)
-        common_std = creep[i].common_std(max(told_s, AVERAGE_S))
+        count = max(brake.learned for brake in self._brakes) if learned else self._crept
+        common_std = creep[i].common_std(AVERAGE_S * max(count / INDEPENDENT, 1.0))
         least = max(expected - SURE_SIGMAS * common_std, min(expected, adhesion / STIFFEST))
         most = min(expected + SURE_SIGMAS * common_std, max(expected, adhesion / SOFTEST))
         per_creep, doubt = (1.0 / least + 1.0 / most) / 2.0, (1.0 / least - 1.0 / most) / 2.0 / SURE_SIGMAS
