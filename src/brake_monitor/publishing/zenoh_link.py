@@ -153,8 +153,7 @@ class ZenohLink:
         try:
             self._queries.put_nowait(query)
         except Full:
-            self._refuse(query, "too many questions wait; ask again later")
-            query.drop()  # type: ignore[no-untyped-call]
+            self._end(query, self._turn_away)
 
     def _answer_all(self) -> None:
         while not self._closing.is_set():
@@ -162,13 +161,20 @@ class ZenohLink:
             if query is None:
                 return
             begun_s = time.monotonic()
-            try:
-                self._answer_or_refuse(query)
-            except zenoh.ZError as error:  # whoever asked is gone
-                self._counters.publish_failures += 1
-                log.debug("a question could not be answered: %s", reason_of(error))
-            query.drop()  # type: ignore[no-untyped-call]
+            self._end(query, self._answer_or_refuse)
             self._closing.wait(min((time.monotonic() - begun_s) * REST_FACTOR, LONGEST_REST_S))
+
+    def _end(self, query: zenoh.Query, reply: Callable[[zenoh.Query], None]) -> None:
+        """Reply and let the question go, also where whoever asked is gone."""
+        try:
+            reply(query)
+        except zenoh.ZError as error:
+            self._counters.publish_failures += 1
+            log.debug("a question could not be answered: %s", reason_of(error))
+        query.drop()  # type: ignore[no-untyped-call]
+
+    def _turn_away(self, query: zenoh.Query) -> None:
+        self._refuse(query, "too many questions wait; ask again later")
 
     def _answer_or_refuse(self, query: zenoh.Query) -> None:
         try:
