@@ -133,11 +133,14 @@ def test_of_a_silent_brake_that_hardly_brakes_nothing_is_said(force_n: float, cr
     assert {states[0] for states in found} == ({UNKNOWN, CONTRADICTED} if is_told else {UNKNOWN})
 
 
-def test_of_a_silent_brake_whose_wheel_speeds_are_rough_nothing_is_said() -> None:
-    """Within a second they are as uncertain as 0.7 of what it creeps, within ten as 0.2."""
+@pytest.mark.parametrize(("train_mps2", "is_told"), [(None, True), (0.5, False)])
+def test_of_a_silent_brake_whose_wheel_speeds_are_rough_the_retardation_decides(
+    train_mps2: float | None, *, is_told: bool
+) -> None:
+    """Within a second they are as uncertain as 0.7 of what it creeps, within ten as 0.2. A train retards anyhow."""
     lies: Forces = lambda t: (0.0, braked(t))  # noqa: E731
-    found = judged(lies, lambda t: (braked(t), braked(t)), vehicle(), omega_noise=1e-3)
-    assert {states[0] for states in found} == {UNKNOWN}
+    found = judged(lies, lambda t: (braked(t), braked(t)), vehicle(), omega_noise=1e-3, train_mps2=train_mps2)
+    assert {states[0] for states in found} == ({UNKNOWN, CONTRADICTED} if is_told else {UNKNOWN})
 
 
 def test_of_a_silent_brake_beside_motors_that_take_far_more_nothing_is_said() -> None:

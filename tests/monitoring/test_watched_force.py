@@ -55,6 +55,34 @@ def test_a_brake_that_works_unseen_is_known_by_three_deviations(
     assert force.state is state
 
 
+@pytest.mark.parametrize(
+    ("by_creep", "by_retardation", "state", "may_press_unseen"),
+    [
+        (0.8, 0.9, ForceState.CONTRADICTED, False),  # rather as a brake that works, and the wagon is sure
+        (0.5, 0.9, ForceState.UNKNOWN, True),
+        (0.2, 0.9, ForceState.UNKNOWN, True),  # a line that rises as the others come on looks like this, too
+        (0.2, 0.1, ForceState.BORNE_OUT, False),
+        (0.5, 0.1, ForceState.UNKNOWN, False),
+        (0.8, 0.1, ForceState.UNKNOWN, False),
+        (0.8, None, ForceState.UNKNOWN, False),  # in a train
+    ],
+)
+def test_where_creep_is_in_doubt_the_retardation_decides_as_creep_leans(
+    by_creep: float, by_retardation: float | None, state: ForceState, *, may_press_unseen: bool
+) -> None:
+    """What creep shows is as uncertain as a fifth of a brake, which is less than three times what is missing to sure.
+
+    Where the wagon says that a silent brake works, and creep does not, estimates are in doubt as long as it is silent.
+    """
+    force = WatchedForce()
+    for _ in range(50):
+        creep = ShownShare(by_creep, lasting_std=0.2)
+        force.see(creep, None if by_retardation is None else ShownShare(by_retardation), presses=False)
+    assert (force.state, force.may_press_unseen) == (state, may_press_unseen)
+    force.forget()  # as it presses
+    assert not force.may_press_unseen
+
+
 @pytest.mark.parametrize(("pressed_before_s", "state"), [(50.0, ForceState.CONTRADICTED), (70.0, ForceState.UNKNOWN)])
 def test_a_wheelset_that_slides_anew_contradicts_a_sensor_that_has_pressed_lately(
     pressed_before_s: float, state: ForceState

@@ -123,18 +123,18 @@ class ForceWatch:
         return most_n >= self._contact_force_n or most_n >= PRESSES_N or pressed_n >= PRESSES_N
 
     def _may_press_unseen(self, time_s: float, known: Sequence[bool]) -> bool:
-        """Whether one is silent as the others come on, and it is still too early to say why.
+        """Whether one is silent as the others press, and it is still too early to say why, or the wagon says it works.
 
         While wheelsets slide it may have been vented, if it has come on before.
         """
+        if all(self._pressing) or not all(known):
+            return False
         is_early = time_s - self._changed_s < SHOWN_S and time_s - self._slid_s >= SETTLED_S
         has_begun = time_s - self._applied_s < SHOWN_S
-        if not (is_early or has_begun) or all(self._pressing) or not all(known):
-            return False
         forces_n = self._forces_n
         return any(
             not presses
-            and (is_early or not brake.has_pressed)
+            and (is_early or (has_begun and not brake.has_pressed) or brake.may_press_unseen)
             and brake.state is ForceState.UNKNOWN
             and min(forces_n[:i] + forces_n[i + 1 :], default=0.0) >= PRESSES_N
             for i, (presses, brake) in enumerate(zip(self._pressing, self._brakes, strict=True))

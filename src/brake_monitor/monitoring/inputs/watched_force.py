@@ -11,6 +11,7 @@ from brake_monitor.estimation.estimate import Estimate
 LEAST_COUNT = 5  # observations
 INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second
 SURE_SIGMAS = 3.0
+LEANS_SIGMAS = 1.0
 LEAST_SCATTER = 0.1
 WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
 LEARNED_FROM = 500  # steady observations: what the vehicle speed errs by lasts for seconds, and is in all of them
@@ -44,6 +45,7 @@ class WatchedForce:
         self.learned = 0  # observations, of which that is the mean
         self._pressed_s = -inf  # when its sensor last said that it presses
         self.has_pressed = False  # in this brake application
+        self.may_press_unseen = False  # its sensor says released, the wagon retards as if it pressed
         self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
         self._by_creep, self._by_retardation = _Mean(), _Mean()  # shares of the brake that was expected
 
@@ -55,7 +57,7 @@ class WatchedForce:
 
     def forget(self) -> None:
         """Its sensor says something else now."""
-        self.state = ForceState.UNKNOWN
+        self.state, self.may_press_unseen = ForceState.UNKNOWN, False
         self._by_creep, self._by_retardation = _Mean(), _Mean()
 
     def see_slides(self, now: Estimate, i: int, *, presses: bool) -> None:
@@ -76,14 +78,18 @@ class WatchedForce:
     def see(self, by_creep: ShownShare | None, by_retardation: ShownShare | None, *, presses: bool) -> None:
         """Note what share of the brake shows, and whether its sensor says that it presses; decide when it is clear.
 
-        A train may retard the wagon as well, told or not. So the retardation decides alone only where there is no creep
-        to be seen, and not where that is in doubt.
+        A train may retard the wagon as well, told or not, and so may the line. So the retardation decides alone only
+        where there is no creep to be seen. Where that is in doubt it decides if creep at least leans to the same side.
         """
-        works, retards = self._by_creep.works_after(by_creep), self._by_retardation.works_after(by_retardation)
-        if works is None and not self._by_creep.is_seen:
-            works, retards = retards, None
+        self._by_creep.see(by_creep)
+        self._by_retardation.see(by_retardation)
+        works, retards = self._by_creep.works(SURE_SIGMAS), self._by_retardation.works(SURE_SIGMAS)
+        if works is None and (not self._by_creep.is_seen or self._by_creep.works(LEANS_SIGMAS) is retards):
+            works = retards
         if works is not None and retards in {works, None}:
             self.state = ForceState.BORNE_OUT if works is presses else ForceState.CONTRADICTED
+        seems_to_work = self._by_retardation.works(LEANS_SIGMAS) is True
+        self.may_press_unseen = self.state is ForceState.UNKNOWN and not presses and seems_to_work
 
 
 class _Mean:
@@ -99,17 +105,20 @@ class _Mean:
         """Whether there was any."""
         return self._count > 0
 
-    def works_after(self, share: ShownShare | None) -> bool | None:
-        """Take the next; whether the brake works, None while that is in doubt."""
+    def see(self, share: ShownShare | None) -> None:
+        """Take the next, if it can be told."""
         if share is not None:
             self._count += 1
             off = share.value - self._mean
             self._mean += off / self._count
             self._squares += off * (share.value - self._mean)
             self._lasting_std, self._noise_std = share.lasting_std, share.noise_std
+
+    def works(self, sigmas: float) -> bool | None:
+        """Whether the brake works, None while that is closer than so many standard deviations."""
         if self._count < LEAST_COUNT:
             return None
         scatter = max(sqrt(self._squares / self._count), LEAST_SCATTER, self._noise_std)
         std = scatter / sqrt(max(self._count / INDEPENDENT, 1.0))
-        is_clear = abs(self._mean - WORKS) > SURE_SIGMAS * hypot(std, self._lasting_std)
+        is_clear = abs(self._mean - WORKS) > sigmas * hypot(std, self._lasting_std)
         return self._mean > WORKS if is_clear else None
