@@ -125,6 +125,36 @@ def test_a_wheelset_that_seizes_while_braked_may_stand_where_the_released_wagon_
 
 
 @pytest.mark.parametrize(
+    ("drag_mps2", "lasts_s", "is_in_train", "state"),
+    [
+        (0.5, 12.0, False, WheelState.BLOCKED),  # no brake says that it holds it
+        (0.5, 7.0, False, WheelState.CONTRADICTED),  # as of a shove that ends
+        (0.2, 12.0, False, WheelState.CONTRADICTED),  # or the line climbs by 20 per mille
+        (0.5, 12.0, True, WheelState.CONTRADICTED),  # or the train brakes
+    ],
+)
+def test_a_wheelset_that_never_turned_is_believed_to_stand_once_the_wagon_drags_for_long(
+    drag_mps2: float, lasts_s: float, *, is_in_train: bool, state: WheelState
+) -> None:
+    """It was judged as the wagon was pulled, which tells nothing of a drag; then it runs on by itself."""
+    wagon, pulled_until_s = vehicle("wagon"), 20.0
+    watch, radius_m = WheelWatch(wagon, CONTACT_N, is_in_train=is_in_train), wagon.wheel_radius_m[0]
+    states, speed_mps = [], 0.0
+    for k in range(3600):
+        time_s = k / 100
+        drags = pulled_until_s <= time_s < pulled_until_s + lasts_s
+        rolling_mps2 = wagon.resistance_n(speed_mps) / wagon.mass_kg
+        speed_mps += 0.01 * (0.8 if time_s < pulled_until_s else -rolling_mps2 - drag_mps2 * drags)
+        show_all(watch, time_s, speed_mps, (0.0, speed_mps / radius_m), pressing_n=0.0)
+        if k % 10 == 0:
+            seen = tuple(wheelset(slip=0.0, omega_radps=w, pressing_force_n=0.0) for w in (0.0, speed_mps / radius_m))
+            now = estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen)
+            states.append(watch.judge(now, [True, True])[0])
+    assert states[200 - 1] is WheelState.CONTRADICTED
+    assert states[320 - 1] is state
+
+
+@pytest.mark.parametrize(
     ("other_slips", "thought"), [(False, WheelState.SLIDING), (True, WheelState.ROLLING)], ids=["alone", "both alike"]
 )
 def test_a_slip_that_grows_slowly_is_a_slide_where_the_other_wheelset_rolls(

@@ -58,7 +58,7 @@ class InputJudge:
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused  # of a signal that says something good again it forgets
         self._frozen = FrozenForces(channels, contact_force_n)
-        self._wheels = WheelWatch(settings.vehicle, contact_force_n)
+        self._wheels = WheelWatch(settings.vehicle, contact_force_n, is_in_train=settings.estimator.preset == "train")
         self._scatter = ScatterWatch(settings.vehicle.wheelset_count)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
         watching = (self._frozen.watchers, self._wheels.watchers, self._flags.watchers)

@@ -71,7 +71,8 @@ class WatchedWheelset:
         self.stands_since_s = inf
         self.origin = Origin.UNSEEN
         self.decided: WheelState | None = None  # of one that stands
-        self.may_drag = False  # of one that is not believed to stand: the wagon is retarded as if it did
+        self.may_drag = False  # of one that is not believed to stand: the wagon is retarded as if it did ...
+        self.drags_since_s = inf  # ... strongly, and ever since
         self.drops = 0  # how often its sensor has fallen to 0 at speed, since the start
 
     def see_speed(self, time_s: float, value: float) -> None:

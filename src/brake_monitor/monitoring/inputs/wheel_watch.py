@@ -37,6 +37,7 @@ PAST_S = BEFORE_S + WAIT_S + 1.0
 TOGETHER_S = 1.0  # sensors of one kind cut out at about one speed, and the wheelsets of a wagon roll alike
 DRAG_MPS2 = 0.15  # rise of the retardation at the fall
 UNCOMPARED_DRAG_MPS2 = 0.3  # retardation without brakes where nothing is known of before: a gradient of 30 ‰ is rare
+LATE_DRAG_S = 8.0  # so long, of one that was not believed to stand: longer than a shove, or a train's pull that ends
 FORCE_ROSE_N = 4000.0  # then the retardation may be the brakes'
 ALL_STOPPED_MPS2 = 0.1  # no wheelset turns and yet the wagon hardly slows down: its speed is wrong
 SPEED_DIFFERS = 0.2
@@ -56,7 +57,9 @@ class _Moment(Struct, frozen=True, gc=False):  # only numbers
 class WheelWatch:
     """Sees the raw speeds and pressing forces, and the wagon at each observation."""
 
-    def __init__(self, vehicle: Vehicle, contact_force_n: float) -> None:
+    def __init__(self, vehicle: Vehicle, contact_force_n: float, *, is_in_train: bool = False) -> None:
+        """A wagon that `is_in_train` is retarded by others as well."""
+        self._is_in_train = is_in_train
         self.speed = speed = VehicleSpeed()
         self.wheels = [WatchedWheelset(vehicle, i, contact_force_n, speed) for i in range(vehicle.wheelset_count)]
         self.watchers: dict[Measurand, Callable[[float, float], None]] = {(Quantity.SPEED, 0): speed.see}
@@ -209,10 +212,19 @@ class WheelWatch:
         return is_told and released_s > RELEASED_S + wheel.turns_within_s(now.speed_mps)
 
     def _see_drag(self, wheel: WatchedWheelset, now: Estimate) -> None:
-        """See, of one that is not believed to stand, whether the wagon retards without its brakes as if it did."""
+        """See, of one that is not believed to stand, whether the wagon retards without its brakes as if it did.
+
+        One that has not turned yet was judged as the wagon was pulled. It is believed later, when it drags for long.
+        """
         unbraked_mps2 = self._unbraked_mps2(now)
-        if unbraked_mps2 is not None and now.speed_mps > WATCHED_FROM_MPS:
-            wheel.may_drag = unbraked_mps2 > DRAG_MPS2
+        if unbraked_mps2 is None or now.speed_mps <= WATCHED_FROM_MPS:
+            wheel.drags_since_s = inf
+            return
+        wheel.may_drag = unbraked_mps2 > DRAG_MPS2
+        wheel.drags_since_s = min(wheel.drags_since_s, now.time_s) if unbraked_mps2 > UNCOMPARED_DRAG_MPS2 else inf
+        drags_for_long = now.time_s - wheel.drags_since_s >= LATE_DRAG_S
+        if drags_for_long and wheel.origin in NOT_TURNED and not self._is_in_train:
+            wheel.decided = WheelState.STOPPED
 
     def _drags_unbraked(self, now: Estimate) -> bool:
         unbraked_mps2 = self._unbraked_mps2(now)
