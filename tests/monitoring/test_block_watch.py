@@ -36,8 +36,11 @@ def speed_mps(time_s: float) -> float:
 def turning(time_s: float, i: int) -> float:
     """Circumferential over vehicle speed: the first wheelset locks for a while, the second slides a little before.
 
-    That slide begins at the end of a block: what is remembered of it shows in the next one how the wheelset fell.
+    That slide begins at the end of a block: what is remembered of it shows in the next one how the wheelset fell. The
+    second one's sensor misses teeth for a moment before, and once more just as a block ends.
     """
+    if i == 1 and (9.0 <= time_s < 9.3 or 2.0 * BLOCK_S - 0.015 <= time_s < 2.0 * BLOCK_S + 0.1):
+        return 0.6
     locked = i == 0 and 14.0 <= time_s < 16.5
     return 0.0 if locked else 0.93 if i == 1 and 3.0 * BLOCK_S - 0.05 <= time_s < 13.0 else 1.0
 
@@ -83,12 +86,12 @@ def state(judge: InputJudge) -> str:
     """All that the watches know."""
     if judge._block_watch is not None:
         judge._block_watch.settle()
-    others = {"_vehicle_speed", "_protection", "holding", "falls"}
+    others = {"_vehicle_speed", "_protection", "holding", "falls", "bursts"}
     wheels = [
         ({name: value for name, value in vars(wheel).items() if name not in others}, vars(wheel.holding))
         for wheel in judge._wheels.wheels
     ]
-    falls = [vars(wheel.falls) for wheel in judge._wheels.wheels]
+    falls = [(vars(wheel.falls), vars(wheel.bursts)) for wheel in judge._wheels.wheels]
     forces = [
         vars(force) | {"_life": vars(force._life), "_others": [(i, vars(span)) for i, span in force._others.items()]}
         for force in judge._frozen._forces.values()

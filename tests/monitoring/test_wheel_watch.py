@@ -1,6 +1,6 @@
 """What wheels and motors do, told from what sensors do: by hand-made readings of wagons with motors."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from functools import cache
 
 import pytest
@@ -306,7 +306,7 @@ def states_of_a_locked_wheelset_that_turns_again(*, slid_before: bool) -> set[Wh
     for k in range(4500):
         time_s = k / 100
         braked = slid_before and 3.0 <= time_s < 7.0
-        slip = max(0.3 - 0.15 * (time_s - 4.0), 0.0) if braked and time_s > 4.0 else 0.0
+        slip = max(min(0.5 * (time_s - 4.0), 0.375 - 0.15 * (time_s - 4.5)), 0.0) if braked and time_s > 4.0 else 0.0
         if time_s >= 20.0:
             slip = 1.0 if time_s < 24.0 else max(0.75 - 0.75 / 20.0 * (time_s - 24.0), 0.0)
         force_n, omegas_radps = 20e3 * braked, (speed_mps * (1.0 - slip) / radius_m, speed_mps / radius_m)
@@ -340,6 +340,47 @@ def test_a_vehicle_speed_that_is_wrong_again_is_believed_as_late_as_the_first_ti
             watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=(own, own)), [True, True])
             doubted_s[5.0 if time_s < 20.0 else 25.0] += 0.1 * watch.speed_is_contradicted
     assert doubted_s[25.0] == pytest.approx(doubted_s[5.0]) == pytest.approx(3.1)
+
+
+def states_of_a_wheelset_that_falls(turns_at: Callable[[float], float]) -> list[WheelState]:
+    """What is thought of it, ten a second for a minute, where it tells that share of its 20 m/s, and is braked.
+
+    The vehicle's speed and the other wheelset go on.
+    """
+    wagon, speed_mps, states = vehicle("wagon"), 20.0, []
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(3000):
+        time_s = k / 50
+        shares = (turns_at(time_s), 1.0)
+        omegas_radps = [speed_mps * share / radius_m for share in shares]
+        show_all(watch, time_s, speed_mps, omegas_radps, pressing_n=20e3)
+        if k % 5 == 0:
+            own = tuple(
+                wheelset(slip=1.0 - share, omega_radps=omega_radps, pressing_force_n=20e3)
+                for share, omega_radps in zip(shares, omegas_radps, strict=True)
+            )
+            states.append(watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=own), [True, True])[0])
+    return states
+
+
+def test_a_wheel_speed_that_misses_teeth_for_a_moment_tells_of_no_slide() -> None:
+    """By 40 per cent from one reading to the next, which no brake can do: it is not believed for half a minute."""
+    states = states_of_a_wheelset_that_falls(lambda t: 0.6 if 10.0 <= t < 10.3 else 1.0)
+    assert WheelState.SLIDING not in states
+    assert set(states[:100]) == set(states[410:]) == {WheelState.ROLLING}
+    assert set(states[101:400]) == {WheelState.CONTRADICTED}
+
+
+@pytest.mark.parametrize("fall_s", [0.4, 0.6])
+def test_a_wheelset_that_its_brake_slows_down_slides(fall_s: float) -> None:
+    """By 8 m/s. In 0.4 s twice the force could do that, with pads of 0.6."""
+    states = states_of_a_wheelset_that_falls(lambda t: 1.0 - min(max(t - 10.0, 0.0) / fall_s, 1.0) * 0.4 * (t < 15.0))
+    assert WheelState.CONTRADICTED not in states
+    assert set(states[108:145]) == {WheelState.SLIDING}
+
+
+def test_a_single_reading_that_is_off_contradicts_nothing() -> None:
+    assert set(states_of_a_wheelset_that_falls(lambda t: 0.6 if 10.0 <= t < 10.015 else 1.0)) == {WheelState.ROLLING}
 
 
 def speed_is_contradicted(

@@ -11,6 +11,7 @@ from math import inf
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
+from brake_monitor.monitoring.inputs.speed_bursts import SpeedBursts
 from brake_monitor.monitoring.inputs.speed_falls import SpeedFalls
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
@@ -25,6 +26,7 @@ WATCHED_FROM_MPS = 1.39  # 5 km/h, below it speed sensors cut out ...
 CUTS_OUT_BELOW_MPS = 3.0  # ... and some sooner
 STANDSTILL_MPS = 0.5
 FORCE_DOUBT = 1.5  # of the torque that stopped it: calibration of the force, lag, inertia
+UNTOLD_N = 30e3  # a brake may press with as much whatever its sensor says
 SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quicker
 ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls without a motor, nor slower without a brake
 ODD_S = 2.0
@@ -59,6 +61,8 @@ class WatchedWheelset:
         self._stop_radps2_per_n = FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / self._inertia_kgm2
         self.holding = HoldingForce(vehicle, i, contact_force_n)
         self.falls = SpeedFalls()
+        self.bursts = SpeedBursts()
+        self.hardest_mps2 = self._stop_radps2_per_n * UNTOLD_N * self.radius_m  # by which any brake may slow it down
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._has_rolled = False
         self._slides = 0  # observations in a row
@@ -82,6 +86,9 @@ class WatchedWheelset:
             return
         omega_radps = abs(value)
         self.rolling_mps = rolling_mps = omega_radps * self.radius_m
+        before = self.falls.speeds[-1] if self.falls.speeds and rolling_mps > STANDS * speed_mps else None
+        hardest_mps2 = self.hardest_mps2 * max(self.holding.largest_n / UNTOLD_N, 1.0)
+        self.bursts.see(time_s, rolling_mps, before, hardest_mps2)
         self.falls.see(time_s, rolling_mps)
         if time_s < self.stands_since_s < inf:  # the clock was set back
             self.stands_since_s = time_s
@@ -132,7 +139,8 @@ class WatchedWheelset:
         """Of a wheelset that turns; `any_rolls`: one of the wagon does, another one where this one slips."""
         slip, speed_mps = own.slip, now.speed_mps
         self._judge_oddness(now.time_s, speed_mps, demanded=demanded)
-        if self.is_odd:
+        if self.is_odd or self.bursts.is_on(now.time_s):
+            self._slides = 0
             return WheelState.CONTRADICTED
         if abs(slip) < ROLLING_SLIP and speed_mps > WATCHED_FROM_MPS:
             self._has_rolled, self._rolled_s = True, now.time_s
