@@ -125,12 +125,13 @@ def after_a_release(
     curve_until_s: float = 0.0,
     climbs_until_s: float = END_S,
     speed_errs: float = 0.0,
+    speed_errs_anew_s: float = 7.0,
 ) -> HiddenDrag | None:
     """What is found last, of three wheelsets on a gradient.
 
     After the release the wagon is retarded by `retards_n` until so long after it, and the first wheelset creeps as
-    under `creeps_n`. Before there may be a curve for a while, and the gradient may end. The vehicle's speed may err for
-    seconds, to and fro, by so much of what the brake makes wheelsets creep.
+    under `creeps_n`. Before there may be a curve for a while, and the gradient may end. The vehicle's speed may err to
+    and fro in so many seconds, by so much of what the brake makes wheelsets creep.
     """
     search, drag, climbs_mps2 = HiddenDragSearch(CONTACT_N, LEAST_N), None, 0.05
     release_s = rolls_s + brakes_s
@@ -147,7 +148,7 @@ def after_a_release(
             radius_m=(RADIUS_M, 0.99 * RADIUS_M, 0.99 * RADIUS_M),
             speed_mps=speed_mps,
         )
-        err = speed_errs * brake_n * CREEP_PER_N * sin(2.0 * pi * time_s / 7.0)
+        err = speed_errs * brake_n * CREEP_PER_N * sin(2.0 * pi * time_s / speed_errs_anew_s)
         now = replace(now, speed_mps=now.speed_mps * (1.0 + err))
         drag = search.see(now, inputs_are_good=True) or drag
     return drag
@@ -175,6 +176,8 @@ def test_what_is_found_tells_how_the_wagon_rolled_before() -> None:
         ({"released_s": 11.5}, False),  # nor whether it lasts
         ({"brake_n": 0.0}, False),  # brakes that made nothing creep
         ({"speed_errs": 0.2}, True),
+        ({"speed_errs": 1.1, "speed_errs_anew_s": 2.2}, True),  # a radar, of which little is left in ten seconds
+        ({"speed_errs": 1.1}, False),
         ({"speed_errs": 1.5}, False),  # that of a satellite receiver: it is not known how stiffly it creeps
         ({"retards_n": 1.5e3, "creeps_n": 1.5e3}, True),
         ({"retards_n": 1.1e3, "creeps_n": 1.1e3}, False),  # as good as none

@@ -13,8 +13,9 @@ the others then begin with it.
 from collections import deque
 from collections.abc import Sequence
 from functools import cached_property
+from itertools import pairwise
 from math import hypot, inf, log, sqrt
-from statistics import fmean, pstdev
+from statistics import fmean, pstdev, pvariance
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -37,7 +38,8 @@ SIGNIFICANT_SIGMAS = 3.5
 LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
 SEEN_AGAIN_S = 4.0  # of free rolling after the next release, by when both traces have to show again
 STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
-CLEAR_SIGMAS = 2.0  # of what the vehicle's speed errs by for seconds: with less the creep by braking is not known
+CLEAR_SIGMAS = 3.0  # of what the vehicle's speed errs by: with less the creep by braking is not known ...
+LEAST_CORRELATION = 0.2  # ... of one block with the next; so few blocks may hide as much
 TURNED = 1e-3  # more than a drag shifts, or any curve: tyres were turned meanwhile, or wheelsets changed
 STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
 
@@ -196,7 +198,7 @@ class HiddenDragSearch:
         rolled = [fmean(m.log_turns) - m.log_speed for m in self._before]
         creep = fmean(rolled) - fmean(fmean(m.log_turns) - m.log_speed for m in self._braking)
         adhesion = fmean(m.now.adhesion for m in self._braking)
-        if adhesion <= 0.0 or creep <= CLEAR_SIGMAS * pstdev(_blocks(rolled)):
+        if adhesion <= 0.0 or creep <= CLEAR_SIGMAS * _std_between(_blocks(rolled), len(self._braking) / BLOCK):
             return False
         stiffness_n = adhesion * mass_kg * GRAVITY_MPS2 / count / creep
         return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
@@ -266,6 +268,15 @@ def _mean_and_std(values: Sequence[float]) -> tuple[float, float]:
     """Mean of a series, and its deviation by the scatter of its blocks."""
     blocks = _blocks(values)
     return fmean(values), pstdev(blocks) / sqrt(max(len(blocks) - 1, 1))
+
+
+def _std_between(blocks: Sequence[float], others: float) -> float:
+    """Of the difference between their mean and that of so many other blocks, which err alike, maybe for seconds."""
+    mean, variance = fmean(blocks), pvariance(blocks)
+    products = sum((early - mean) * (late - mean) for early, late in pairwise(blocks))
+    correlation = max(products / (len(blocks) * variance) if variance else 0.0, LEAST_CORRELATION)
+    worth = (1.0 - correlation) / (1.0 + correlation)  # of one block, as a value by itself
+    return sqrt(variance * sum(1.0 / max(worth * count, 1.0) for count in (len(blocks), others)))
 
 
 def _blocks(values: Sequence[float]) -> list[float]:
