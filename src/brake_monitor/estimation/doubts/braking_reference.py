@@ -22,9 +22,12 @@ class BrakingReference:
         self.doubted = 0.0  # `BrakeApplication.doubted` then
 
     def holds(self, time_s: float, per_friction_mps2: float) -> bool:
-        """Whether it may be compared with: it is young, of this braking, and the brakes press as they did."""
+        """Whether it may be compared with: it is young, of this braking, and the brakes press as they did.
+
+        Not from before it was last compared: the clock was set back.
+        """
         is_steady = abs(per_friction_mps2 - self.per_friction_mps2) <= STEADY * self.per_friction_mps2
-        return is_steady and self.began_s <= time_s < self.began_s + self.lasts_s and time_s - self.compared_s < GAP_S
+        return is_steady and time_s < self.began_s + self.lasts_s and 0.0 <= time_s - self.compared_s < GAP_S
 
     def change_mps2(self, friction: float, unmodelled_mps2: float, per_friction_mps2: float) -> float:
         """By how much more d and friction slow down the wagon now, with what the brakes give now."""
