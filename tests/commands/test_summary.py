@@ -17,10 +17,10 @@ def told(*outputs: Outputs) -> list[str]:
     return summary.text(Pipeline.from_settings(SETTINGS)).splitlines()
 
 
-def test_an_uncertainty_of_two_sigma_says_so() -> None:
+def test_an_uncertainty_of_95_percent_says_so() -> None:
     """The live view shows one sigma: unlabelled, the two contradict each other."""
     last = estimate(wheelsets=(wheelset(friction=0.33, friction_std=0.017),))
-    assert "wheelset 1: friction 0.330 ± 0.034 (95 %) at the end" in told(Outputs(estimate=last))
+    assert "wheelset 1: friction 0.330 ± 0.033 (95 %) at the end" in told(Outputs(estimate=last))
 
 
 def test_friction_that_was_never_valid_is_no_result() -> None:
@@ -30,7 +30,7 @@ def test_friction_that_was_never_valid_is_no_result() -> None:
         wheelsets=tuple(wheelset(friction=0.35, friction_std=0.04, friction_status=Status.HELD) for _ in range(2))
     )
     lines = told(Outputs(estimate=first), Outputs(estimate=last))
-    assert "wheelset 1: friction 0.350 ± 0.080 (95 %) at the end" in lines
+    assert "wheelset 1: friction 0.350 ± 0.078 (95 %) at the end" in lines
     assert "wheelset 2: friction was not learned: it was never valid" in lines
 
 

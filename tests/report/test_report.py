@@ -402,13 +402,13 @@ def test_frictions_that_are_shared_do_not_speak_against_an_alarm(
 
 
 def test_the_interval_of_a_friction_is_named() -> None:
-    """One standard deviation of 0.015 are 0.03 for 95 %."""
+    """One standard deviation of 0.015 is 0.029 for 95 %."""
     recording = Recording(load_settings(CONFIG))
     recording.curves.take(estimate(time_s=0.0), lambda quantity, wheelset: True)
     recording.applications = [stop_of((0.3, 0.015), (0.31, 0.02))]
     table = tables.applications(recording)
     assert "1: friction ± (95 %)" in table
-    assert "<td>0.300 ± 0.030</td>" in table
+    assert "<td>0.300 ± 0.029</td>" in table
 
 
 def test_a_friction_that_is_hardly_known_counts_little() -> None:

@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from math import inf
 
-from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import INTERVAL_SIGMAS, Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.wear import pad_life
@@ -81,7 +81,8 @@ class Summary:
         """The last value; not where it is still what the settings assume."""
         if i not in self._learned:
             return f"wheelset {i}: friction was not learned: it was never valid"
-        return f"wheelset {i}: friction {last.friction:z.3f} ± {2 * last.friction_std:.3f} (95 %) at the end"
+        doubt = INTERVAL_SIGMAS * last.friction_std
+        return f"wheelset {i}: friction {last.friction:z.3f} ± {doubt:.3f} (95 %) at the end"
 
     def _alarm_line(self, alarm: Alarm) -> str:
         begun_s = self._earliest_s if self._estimates else 0.0

@@ -9,6 +9,7 @@ import msgspec
 from msgspec.structs import asdict
 
 from brake_monitor.digits import significant
+from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.frame import can_id_text
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.wear import energy_loss_mm, pad_life
@@ -17,7 +18,6 @@ from brake_monitor.report.words import count, date, described, elapsed, grouped,
 from brake_monitor.settings.units import shown_unit
 
 UNMAPPED_SHOWN = 30
-SIGMAS_OF_95 = 2.0  # as in the summary of a replay
 SHAPES = {"info": "M8 1a7 7 0 1 0 .001 0z", "warning": "M8 1l7.500 14H.5z", "alarm": "M5 0h6l5 5v6l-5 5H5l-5-5V5z"}
 
 
@@ -56,7 +56,7 @@ def applications(recording: Recording) -> str:
         ]
         told = recording.forces_told(record.start_time_s, record.end_time_s)
         for own, force_told in zip(record.wheelsets, told, strict=True):
-            doubt = "" if own.friction_std is None else f" ± {number(SIGMAS_OF_95 * own.friction_std, 3)}"
+            doubt = "" if own.friction_std is None else f" ± {number(INTERVAL_SIGMAS * own.friction_std, 3)}"
             row += [
                 number(own.friction, 3) + doubt,
                 number(own.energy_j / 1e6, 2) if force_told else "–",

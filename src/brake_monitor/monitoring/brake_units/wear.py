@@ -6,12 +6,12 @@ from typing import Self
 from msgspec import Struct
 from msgspec.structs import replace
 
+from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.settings.wear_settings import WearSettings
 
 MM_PER_CM = 10.0
 J_PER_MJ = 1e6
 MM3_PER_CM3 = 1e3
-INTERVAL_SIGMAS = 1.96  # 95 %
 LEAST_RELATIVE_STD = 0.05  # wear depends on weather and braking; no calibration makes it more certain
 RECENT_STOPS = 50  # "recent use" forgets to 37 % within as many
 

@@ -11,13 +11,13 @@ from typing import NamedTuple
 
 from msgspec.structs import replace
 
+from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 
 LEAST_CREEP = 4e-4  # on average; curves change rolling radii by as much, so that less says nothing
 CLEAR_SIGMAS = 3.0  # of the noise; wheel speeds in coarse steps tell brakes apart only where they differ much
 OFF = 0.15  # of nominal: more than weather changes friction, so that something is wrong with a brake
 CULPRIT = 0.40  # of nominal
-SURE_SIGMAS = 1.96
 LEAST_SHARE = 1e-6  # none, or all that is borne
 APART = 0.20  # of an equal share
 SURELY_APART = 0.28  # of what the others bear, time and again: 0.20 may be its load, its profile, or a better rail
@@ -152,7 +152,7 @@ def _is_off(record: ApplicationRecord, nominal: float) -> bool:
     if not known:
         return False
     friction, std = mean(friction for friction, _ in known), mean(std for _, std in known)
-    return abs(friction - nominal) - SURE_SIGMAS * std > OFF * nominal
+    return abs(friction - nominal) - INTERVAL_SIGMAS * std > OFF * nominal
 
 
 def _has_one_culprit(record: ApplicationRecord, nominal: float) -> bool:

@@ -6,9 +6,9 @@ from statistics import median
 
 from msgspec.structs import replace
 
+from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
-from brake_monitor.monitoring.brake_units.wear import INTERVAL_SIGMAS
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, is_set_apart, told_apart
 from brake_monitor.monitoring.rules.per_application import Applications, PerApplicationOfPads

@@ -6,7 +6,7 @@ from math import inf
 from statistics import median
 from typing import NamedTuple, Self
 
-from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import INTERVAL_SIGMAS, Estimate, Status, WheelsetEstimate
 from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
@@ -21,7 +21,6 @@ MAY_SLIDE = {STOPPED, SLIDING, PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
-DOUBTED_SIGMAS = 1.96  # so much more may it be where the estimate is in doubt, or the wheelset stands
 GIVEN = 3000  # values are kept, those of five minutes; the median is theirs
 
 
@@ -171,7 +170,7 @@ class LowAdhesion:
         if BLOCKED in states:  # how much of what retards the wagon is its, and how much those that stand, is unknown
             states = tuple([BLOCKED if state is STOPPED else state for state in states])
         sliding = [
-            (own.adhesion, DOUBTED_SIGMAS * own.adhesion_std if is_unsure or state is STOPPED else 0.0)
+            (own.adhesion, INTERVAL_SIGMAS * own.adhesion_std if is_unsure or state is STOPPED else 0.0)
             for own, state in zip(now.wheelsets, states, strict=True)
             if _slides(own, state)
         ]

@@ -4,9 +4,10 @@ from collections.abc import Sequence
 from math import hypot
 from statistics import median
 
+from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
-from brake_monitor.monitoring.brake_units.wear import INTERVAL_SIGMAS, PadWear
+from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
