@@ -11,6 +11,7 @@ from brake_monitor.samples import Measurand, Quantity
 SLOWEST_MPS = 1.0  # below it slip has no meaning, sensors cut out and static friction rules: parameters are held
 MOTORS_ERR = 0.1  # relative error of the torque that motors are said to have
 MOTOR_ACTS_MPS2 = 0.03  # of the mass on its wheelset; less is noise of the motor's sensor, and shows nowhere
+LONGEST_STEP_S = 1.0  # what happened in a longer gap between readings is not known: the filter restarts after it
 INTERVAL_SIGMAS = 1.96  # of what is told: half of its 95 % interval
 BEGINS = "settling"  # why an estimate that has only begun is not valid yet
 

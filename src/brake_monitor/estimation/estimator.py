@@ -7,14 +7,14 @@ from typing import ClassVar
 from msgspec.structs import replace
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.core.core import LONGEST_STEP_S, Core
+from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.core.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
 from brake_monitor.estimation.core.new_core import new_core
 from brake_monitor.estimation.core.readout import read_out, width
 from brake_monitor.estimation.doubts.input_trust import InputTrust
 from brake_monitor.estimation.doubts.plausibility import is_possible
 from brake_monitor.estimation.earlier_run import EarlierRun
-from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.inputs.alignment import Alignment
 from brake_monitor.estimation.inputs.slide_protection import SlideProtections

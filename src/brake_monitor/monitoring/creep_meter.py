@@ -12,7 +12,7 @@ from math import exp, hypot, inf, sqrt
 from msgspec import Struct
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
+from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, WheelsetEstimate
 
 MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
 FREE_AFTER_S = 3.0  # after the last contact, or a motor, every wheelset rolls freely
@@ -22,7 +22,6 @@ ERRORS_S = 60.0  # ... but for how the vehicle's speed errs
 ERRS_ALIKE_S = 5.0  # for about so long; what errs for less shows as scatter
 LEAST_REFERENCE_S = 1.0  # how little that is worth, its deviation says
 AVERAGE_S = 1.0
-LONGEST_GAP_S = 1.0
 
 
 class Creep(Struct, frozen=True):
@@ -73,7 +72,7 @@ class SpeedRatios:
         is_braked = max(now.forces_n) >= self._free_force_n
         slides = now.saturated or max([own.slip for own in now.wheelsets]) > SLIDING_SLIP  # that of a lost speed, too
         self.is_free = not (is_braked or is_driven or slides or step_s < 0.0)
-        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_GAP_S:
+        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_STEP_S:
             self.now, self.noise_s, self.lately, self.lately_s = [], [], [], 0.0
             return
         self.now = [wheelset.omega_radps / now.speed_mps for wheelset in now.wheelsets]

@@ -9,11 +9,10 @@ from brake_monitor.estimation.core.correction import ASIDE, FROZEN, NOT_ORDINARY
 from brake_monitor.estimation.core.prediction import Prediction
 from brake_monitor.estimation.doubts.consistency import DEAD, REPEATED
 from brake_monitor.estimation.doubts.frozen_reading import HABIT_ABOVE_MPS
-from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.estimate import LONGEST_STEP_S, SLOWEST_MPS
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.samples import Quantity
 
-LONGEST_STEP_S = 1.0  # what happened in a longer gap between readings is not known: the filter restarts after it
 LOADED = 0.05  # relative; a wagon that weighs so much more or less was loaded or unloaded
 OTHER_SPEED = 0.5  # of the expected speed: a reading so far from it does not tell which way the wagon runs
 LOAD_READINGS = 50  # in the mean that counts as mass: one that flickers would shake the wheel loads

@@ -9,7 +9,7 @@ from collections.abc import Iterable, Sequence
 from math import inf
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
+from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, WheelsetEstimate
 from brake_monitor.samples import Channel, Quantity
 
 STUCK_S = 10.0  # so long without any brake, longer than a flag outlasts its slide
@@ -17,7 +17,6 @@ BRAKED_SHARE = 1.0 / 6.0  # a second under a steady brake speaks as much: some f
 STEADY = 0.1  # of the pressing force
 STEADY_N = 1000.0
 WATCHED_FROM_MPS = 3.0  # slower, and at standstill, slip shows nothing and valves are tested
-LONGEST_STEP_S = 1.0  # nobody knows what happened in a longer one
 
 
 class FlagWatch:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from math import inf
 from operator import mul
 
-from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
 from brake_monitor.settings.config import Vehicle
 
@@ -16,7 +16,6 @@ FREE_S = 10.0  # of free rolling are remembered; the gradient further behind has
 LEAST_FREE_S = 2.0
 STEP_MPS2 = 0.1  # against the mean of free rolling: a pull has ended, or begun
 EXPIRES_S = 60.0  # the gradient is another one by then
-LONGEST_GAP_S = 1.0
 LEAST_SPEED_MPS = 3.0
 
 
@@ -46,7 +45,7 @@ class Retardation:
         time_s, lately = now.time_s, self._lately
         gap_s = time_s - lately[-1][0] if lately else 0.0
         motors_n = [own.motor_force_n for own in now.wheelsets]
-        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_GAP_S or None in motors_n:
+        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 <= gap_s <= LONGEST_STEP_S or None in motors_n:
             lately.clear()
         lately.append((time_s, now.speed_mps, sum(filter(None, motors_n)) / (now.mass_kg + self._rotating_kg)))
         while time_s - lately[0][0] > SPAN_S:

@@ -7,12 +7,11 @@ no sensor alone.
 from math import inf
 
 from brake_monitor.estimation.doubts.consistency import Doubt
-from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 
 TOLD_S = 10.0  # of rolling: a slide, or what a curve or a bridge does, is over sooner
 MOST_S = 20.0  # it is told for as long at most after the last scatter, however long that lasted
 WATCHED_FROM_MPS = 3.0
-LONGEST_STEP_S = 1.0  # nobody knows what happened in a longer one
 
 
 class ScatterWatch:

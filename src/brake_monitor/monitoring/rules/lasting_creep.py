@@ -12,7 +12,7 @@ from math import inf, isfinite
 from statistics import fmean, median
 from typing import NamedTuple
 
-from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.rules.rolled_way import RolledWay, Stretch
 from brake_monitor.monitoring.rules.turns import log_turns, turns_apart
@@ -39,7 +39,6 @@ EASED = 0.8  # ... before its force falls to this: in a release, pads that stick
 LEAST_BRAKING = 10
 STOOD_S = 3600.0  # a pause in which a wheelset may have been turned or changed
 CREEP_STIFFNESS = 60.0  # adhesion over creep: 30 to 200 in service
-LONGEST_GAP_S = 1.0
 
 
 class CreepDrag(NamedTuple):
@@ -106,7 +105,7 @@ class LastingCreepSearch:
                 self._brake(now, forces_n)
             return None
         self._is_braked = False
-        if now.time_s - self._held_s >= AFTER_S and 0.0 < step_s <= LONGEST_GAP_S:
+        if now.time_s - self._held_s >= AFTER_S and 0.0 < step_s <= LONGEST_STEP_S:
             self._roll(now, step_s)
         return self._shown()
 

@@ -2,6 +2,7 @@
 
 from dataclasses import dataclass
 
+from brake_monitor.estimation.estimate import LONGEST_STEP_S
 from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
@@ -49,7 +50,7 @@ class Slide:
         """One verdict per wheelset."""
         step_s = 0.0 if self._before_s is None else seen.time_s - self._before_s
         self._before_s = seen.time_s
-        step_s = step_s if 0.0 <= step_s < 1.0 else 0.0
+        step_s = step_s if 0.0 <= step_s <= LONGEST_STEP_S else 0.0
         acts = tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])
         acts_before = self._earlier_acts.see(seen.time_s, acts)
         if seen.all_roll and not any(self._slides):  # the usual case
