@@ -4,18 +4,18 @@ from collections.abc import Iterable, Sequence
 from functools import partial
 from math import inf
 
+from brake_monitor.estimation.core.regime_watch import SHOWN_S
 from brake_monitor.estimation.doubts.dead_force import DeadForce
+from brake_monitor.monitoring.inputs.force_watch import SETTLED_S
 from brake_monitor.samples import Channel, Quantity
 
 PRESSING_FORCE = Quantity.PRESSING_FORCE
 FORCE_FROZEN_S = 5.0
 FORCE_FROZEN_READINGS = 20
-SETTLED_S = 3.0  # after a slide
 FOLLOWED_S = 3.0  # for so long others that still fall say nothing: a brake that keeps some air came down with them
 FIRST = 3  # readings that a span begins with: the middle one of as many is no spike
 MOVED_N = 8000.0  # another brake's force has moved this much meanwhile: far beyond what gear and sensors differ by
 DEAD_MOVED_N = 3000.0  # ... where the sensor trembled before: that it does no longer has been seen already
-SHOWN_S = 4.0  # by when wheelset and wagon have shown which of two brakes does what its force says
 SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
 
 

@@ -6,17 +6,15 @@ from statistics import median
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
+from brake_monitor.monitoring.creep_meter import AVERAGE_S, LEAST_CREEP, Creep, CreepMeter
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.participation import Participation
+from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, Participation
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
 
 BRAKES = 0.5  # of the others' creep: a wheelset that creeps more is braked, whatever its pressing force says
-LEAST_CREEP = 3e-4  # of the others; less is lost in curves
 CLEAR_SIGMAS = 2.0  # of the noise; nearer to BRAKES creep says nothing
-LEAST_FRICTION = 0.4  # of nominal; others that brake less do not press, whatever their sensors say
 
 
 class BrakeNotApplied:

@@ -11,12 +11,11 @@ from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Suspicion, Verdict
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.rules.lasting_creep import CreepDrag, LastingCreepSearch
-from brake_monitor.monitoring.rules.participation import RELEASED, Participation
+from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, RELEASED, Participation
 from brake_monitor.monitoring.rules.pulled_braked import PulledBraked
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
 BLOCKED = WheelState.BLOCKED
-LEAST_FRICTION = 0.4  # of nominal; a force that retards less than pads like that is not real: its sensor is wrong
 STRONG = 3.0  # times the force of a brake that should be released: snow brakes of trains under power press with less
 GAINED_MPS = 5.0  # with brakes that are about to release, as those at a train's end, it gains less
 

@@ -23,9 +23,8 @@ from msgspec import Struct
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
-from brake_monitor.monitoring.rules.turns import log_turns, turns_apart
+from brake_monitor.monitoring.rules.turns import LEAST_SPEED_MPS, log_turns, turns_apart
 
-LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
 BEFORE_S = 12.0  # of free rolling before the application, at most ...
 LEAST_BEFORE_S = 4.0
 LEAST_BRAKING_S = 3.0

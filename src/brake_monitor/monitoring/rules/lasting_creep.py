@@ -15,9 +15,8 @@ from typing import NamedTuple
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.rules.rolled_way import RolledWay, Stretch
-from brake_monitor.monitoring.rules.turns import log_turns, turns_apart
+from brake_monitor.monitoring.rules.turns import LEAST_SPEED_MPS, log_turns, turns_apart
 
-LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
 AFTER_S = 3.0  # of the release, or of a motor's torque: speeds still settle
 BLOCK_S = 5.0  # of free rolling, whose mean is one value
 LEAST_SUSPECTED_M = 250.0  # of it before the release, and after it

@@ -12,6 +12,7 @@ EASED = 0.8  # of its force while the others released: a brake that follows a co
 RELEASE_S = 20.0  # by then any brake that is vented has eased so far
 EASING = 0.95  # of what a brake pressed with EASING_S before: it is still being vented, in position G within 60 s
 EASING_S = 2.0
+LEAST_FRICTION = 0.4  # of nominal; brakes that retard less than pads like that do not press, whatever their sensors say
 
 
 class Participation:

@@ -5,6 +5,8 @@ from math import log
 
 from brake_monitor.estimation.estimate import Estimate
 
+LEAST_SPEED_MPS = 8.0  # below it the speeds' own noise counts too much
+
 
 def log_turns(now: Estimate) -> tuple[float, ...]:
     """Of each wheelset, ln omega."""
