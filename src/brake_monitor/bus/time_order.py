@@ -5,10 +5,9 @@ from math import inf
 
 import numpy as np
 
-from brake_monitor.frame import YEAR_S
+from brake_monitor.frame import MOST_LATE_S, YEAR_S
 from brake_monitor.frame_block import FrameBlock
 
-TOLERATED_S = 0.05  # what is captured as much earlier is still fused
 MANY = 100  # frames that no bus carries at once
 
 
@@ -37,12 +36,12 @@ class TimeOrder:
         self._ahead_count += int(np.count_nonzero(ahead_s > YEAR_S))
         self._ahead_s = max(self._ahead_s, float(ahead_s.max()))
         latest_s = np.maximum.accumulate(np.concatenate(((self._latest_s,), block.time_s)))
-        if (block.time_s >= latest_s[:-1] - TOLERATED_S).all():  # the usual case
+        if (block.time_s >= latest_s[:-1] - MOST_LATE_S).all():  # the usual case
             self._latest_s = float(latest_s[-1])
             return
         for time_s in block.time_s.tolist():
             back_s = self._latest_s - time_s
-            if back_s > TOLERATED_S:
+            if back_s > MOST_LATE_S:
                 self._count += 1
                 self._greatest_s = max(self._greatest_s, back_s)
                 self._latest_s = time_s

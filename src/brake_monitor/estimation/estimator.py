@@ -25,11 +25,11 @@ from brake_monitor.estimation.model.tuning import Tuning, resolve
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
 from brake_monitor.estimation.moment import SNAPSHOTS, ChannelState
 from brake_monitor.estimation.statement import Statement
+from brake_monitor.frame import MOST_LATE_S
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 GOOD = Quality.GOOD  # an enumeration's member takes long to look up
-LATEST_SAMPLE_S = 0.05  # a sample this much older than the filter is still fused, an older one means time jumped
 
 
 class Estimator:
@@ -287,11 +287,11 @@ class Estimator:
         told = self._channel(sample)
         index, variance, value = told.measures, told.variance, abs(sample.value)
         step_s = sample.time_s - self._now.time_s
-        if not -LATEST_SAMPLE_S <= step_s <= LONGEST_STEP_S:
+        if not -MOST_LATE_S <= step_s <= LONGEST_STEP_S:
             self._restart(sample.time_s)
         elif step_s > 0.0:
             self._predict(sample.time_s, step_s)
-        elif step_s < 0.0:  # not later than LATEST_SAMPLE_S: carry the reading forward to the filter's time
+        elif step_s < 0.0:  # not later than MOST_LATE_S: carry the reading forward to the filter's time
             self.late_count += 1
             drift = self._filter.rate(self._now, self.core.wheels, index) * -step_s
             value += drift
