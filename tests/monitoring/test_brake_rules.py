@@ -1,6 +1,7 @@
 """The rules on brake units, each with what looks like it and is not: what they see is made by hand."""
 
 from collections.abc import Callable, Iterable, Sequence
+from dataclasses import replace
 from math import hypot, inf, sqrt
 from random import Random
 from statistics import fmean
@@ -611,6 +612,13 @@ class TestBrakeNotApplied:
             self.rule(), lambda t: (braked(t), 0.0), lambda t: (real_n * (braked(t) > 0.0),) * 2, omega_noise=noise
         )
         assert any(isinstance(verdict, Finding) for _, verdict in both[215:]) is is_told
+
+    def test_where_the_wagon_retards_as_if_none_pressed_it_may_be_the_others_sensors(self) -> None:
+        presses, does_not = wheelset(pressing_force_n=FULL_N), wheelset(pressing_force_n=0.0)
+        seen, rule = observation(estimate(time_s=1.0, wheelsets=(presses, does_not))), self.rule()
+        rule.judge(observation(estimate(time_s=0.0, wheelsets=(does_not, does_not))))
+        assert isinstance(rule.judge(seen)[1], Finding)
+        assert rule.judge(replace(seen, misled_by=frozenset([MisledBy.IDLE]))) == (UNKNOWN, UNKNOWN)
 
     def test_where_creep_tells_the_others_friction_does_not_count(self) -> None:
         """The other brake does it alone, lightly, with pads that bite as hard as two."""

@@ -56,31 +56,36 @@ def test_a_brake_that_works_unseen_is_known_by_three_deviations(
 
 
 @pytest.mark.parametrize(
-    ("by_creep", "by_retardation", "state", "may_press_unseen"),
+    ("by_creep", "by_retardation", "works", "is_doubted"),
     [
-        (0.8, 0.9, ForceState.CONTRADICTED, False),  # rather as a brake that works, and the wagon is sure
-        (0.5, 0.9, ForceState.UNKNOWN, True),
-        (0.2, 0.9, ForceState.UNKNOWN, True),  # a line that rises as the others come on looks like this, too
-        (0.2, 0.1, ForceState.BORNE_OUT, False),
-        (0.5, 0.1, ForceState.UNKNOWN, False),
-        (0.8, 0.1, ForceState.UNKNOWN, False),
-        (0.8, None, ForceState.UNKNOWN, False),  # in a train
+        (0.8, 0.9, True, False),  # rather as a brake that works, and the wagon is sure
+        (0.5, 0.9, None, True),
+        (0.2, 0.9, None, True),  # a line that rises as the others come on looks like this, too
+        (0.2, 0.1, False, False),
+        (0.5, 0.1, None, False),
+        (0.8, 0.1, None, False),
+        (0.8, None, None, False),  # in a train
     ],
 )
+@pytest.mark.parametrize("presses", [False, True])
 def test_where_creep_is_in_doubt_the_retardation_decides_as_creep_leans(
-    by_creep: float, by_retardation: float | None, state: ForceState, *, may_press_unseen: bool
+    by_creep: float, by_retardation: float | None, *, works: bool | None, is_doubted: bool, presses: bool
 ) -> None:
     """What creep shows is as uncertain as a fifth of a brake, which is less than three times what is missing to sure.
 
-    Where the wagon says that a silent brake works, and creep does not, estimates are in doubt as long as it is silent.
+    Where the wagon says that a silent brake works, or one that presses does not, and creep does not say so, estimates
+    are in doubt as long as its sensor says that.
     """
     force = WatchedForce()
     for _ in range(50):
-        creep = ShownShare(by_creep, lasting_std=0.2)
-        force.see(creep, None if by_retardation is None else ShownShare(by_retardation), presses=False)
-    assert (force.state, force.may_press_unseen) == (state, may_press_unseen)
-    force.forget()  # as it presses
-    assert not force.may_press_unseen
+        retardation = None if by_retardation is None else 1.0 - by_retardation if presses else by_retardation
+        creep = ShownShare(1.0 - by_creep if presses else by_creep, lasting_std=0.2)
+        force.see(creep, None if retardation is None else ShownShare(retardation), presses=presses)
+    contradicts = {True: ForceState.CONTRADICTED, False: ForceState.BORNE_OUT, None: ForceState.UNKNOWN}
+    assert force.state is contradicts[works]
+    assert (force.may_be_idle, force.may_press_unseen) == (is_doubted and presses, is_doubted and not presses)
+    force.forget()  # its sensor says something else
+    assert (force.may_be_idle, force.may_press_unseen) == (False, False)
 
 
 @pytest.mark.parametrize(("pressed_before_s", "state"), [(50.0, ForceState.CONTRADICTED), (70.0, ForceState.UNKNOWN)])

@@ -17,10 +17,11 @@ class MisledBy(StrEnum):
     UNEVEN = "brakes that press alike differ"  # what one lacks is told of all; the wagon's adhesion is right
     DRAG = "a brake drags unseen"  # what it does is taken for a gradient's
     SILENT = "a brake may press unseen"  # what it does would be taken for the others'
+    IDLE = "a brake may not press though its force says so"  # what it does not do is taken for a descent's
     LOCKED = "a wheelset may not turn"  # what it takes from the speed would be taken for the others' brakes
 
 
-OF_ADHESION = (MisledBy.DRAG, MisledBy.SILENT)  # by these the wagon's adhesion errs as well
+OF_ADHESION = (MisledBy.DRAG, MisledBy.SILENT, MisledBy.IDLE)  # by these the wagon's adhesion errs as well
 
 
 def qualified(estimate: Estimate, misled_by: Collection[MisledBy]) -> Estimate:

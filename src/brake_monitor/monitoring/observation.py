@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.reports import BusReport, InputReports
 
 ROLLING = WheelState.ROLLING
@@ -21,6 +22,7 @@ class Observation:
     brakes: Brakes
     wheels: tuple[WheelState, ...]  # one per wheelset
     memory_failure: str  # why what is to outlive the program cannot be written
+    misled_by: frozenset[MisledBy] = frozenset()  # why the estimate errs, by its inputs beside each other
     time_s: float = field(init=False)  # the estimate's, which runs on though a clock is set
     forces_n: tuple[float, ...] = field(init=False)
     motors_brake: list[bool] = field(init=False)

@@ -305,7 +305,7 @@ class Pipeline:
         inputs, wheels = self._input_judge.judge(estimate, estimator.input_condition, estimator.input_changes)
         applications = self.brake_book.see(estimate, inputs)
         buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
-        seen = Observation(estimate, inputs, buses, brakes, wheels, failure)
+        seen = Observation(estimate, inputs, buses, brakes, wheels, failure, self._input_judge.misled_by)
         disbelieved, idle = inputs.disbelieved, self._input_judge.idle_brakes
         if disbelieved != estimator.disbelieved or idle != estimator.idle_brakes:
             self.taker.settle()

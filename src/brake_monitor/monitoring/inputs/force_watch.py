@@ -32,7 +32,8 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SETTLED_S = 3.0  # after a slide
 SOFTEST, STIFFEST = 20.0, 200.0  # adhesion over creep, of any contact
-LEAST_RETARDATION_MPS2 = 0.12  # to be expected; less is lost in gradients
+LINE_STD_MPS2 = 0.02  # by so much the gradient may have changed since the wagon rolled freely
+LEAST_RETARDATION_MPS2 = 0.12  # to be expected, for a force that fell; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
 FELL_S = 0.5  # a force that dies falls as quickly
 COMPARED_S = 2.2  # after the fall, by when the mean retardation no longer contains it
@@ -114,6 +115,12 @@ class ForceWatch:
     def _forces_n(self) -> tuple[float, ...]:
         """By what was noted last."""
         return self._past[-1].forces_n
+
+    @property
+    def may_be_idle(self) -> bool:
+        """Whether brakes press by their sensors, and the wagon retards rather as if none of them did."""
+        pressing = [brake for brake, presses in zip(self._brakes, self._pressing, strict=True) if presses]
+        return bool(pressing) and all(brake.may_be_idle for brake in pressing)
 
     def _may_show(self) -> bool:
         """Whether there is anything to judge: nothing is said of brakes that all have been released for a while."""
@@ -200,11 +207,11 @@ class ForceWatch:
         rest = [self._expected_mps2(k, own_n, mass_kg) for k, own_n in enumerate(self._forces_n) if k not in in_doubt]
         rest_mps2 = sum(rest)
         by_brakes_mps2 = self._retardation.by_brakes_mps2
-        is_clear = LEAST_RETARDATION_MPS2 < expected_mps2 > rest_mps2 / GREATEST_REST
+        is_clear = expected_mps2 > rest_mps2 / GREATEST_REST
         if not is_clear or by_brakes_mps2 is None or self._retardation.is_pulled:
             return None
-        motors_std_mps2 = MOTORS_ERR * abs(self._retardation.by_motors_mps2)
-        return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, motors_std_mps2 / expected_mps2)
+        std_mps2 = hypot(LINE_STD_MPS2, MOTORS_ERR * self._retardation.by_motors_mps2)
+        return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, std_mps2 / expected_mps2)
 
     def _share_of_sensor(self, i: int, as_if_n: float, creep: Sequence[Creep], mass_kg: float) -> ShownShare | None:
         """The same by creep, of all brakes of the sensor of brake i: it is right or wrong for all of them."""

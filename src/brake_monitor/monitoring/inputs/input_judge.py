@@ -30,7 +30,8 @@ AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # while one is not good it is taken to say 0
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
-LOCKED, DRAGGED, SILENT = frozenset([MisledBy.LOCKED]), frozenset([MisledBy.DRAG]), frozenset([MisledBy.SILENT])
+LOCKED, DRAGGED = frozenset([MisledBy.LOCKED]), frozenset([MisledBy.DRAG])
+SILENT, IDLE = frozenset([MisledBy.SILENT]), frozenset([MisledBy.IDLE])
 NOT_MISLED = frozenset[MisledBy]()
 
 
@@ -150,6 +151,8 @@ class InputJudge:
         """Why estimates err that do not know of it, for all that can be told."""
         if self._wheels.any_is_blocked:
             return DRAGGED
+        if self._forces.may_be_idle:
+            return IDLE
         if self._forces.may_press_unseen:
             return SILENT
         return LOCKED if self._wheels.may_be_locked else NOT_MISLED

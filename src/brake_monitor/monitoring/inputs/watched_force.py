@@ -45,7 +45,8 @@ class WatchedForce:
         self.learned = 0  # observations, of which that is the mean
         self._pressed_s = -inf  # when its sensor last said that it presses
         self.has_pressed = False  # in this brake application
-        self.may_press_unseen = False  # its sensor says released, the wagon retards as if it pressed
+        self.may_press_unseen = False  # its sensor says released, the wagon retards rather as if it pressed ...
+        self.may_be_idle = False  # ... or the other way round
         self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
         self._by_creep, self._by_retardation = _Mean(), _Mean()  # shares of the brake that was expected
 
@@ -57,7 +58,7 @@ class WatchedForce:
 
     def forget(self) -> None:
         """Its sensor says something else now."""
-        self.state, self.may_press_unseen = ForceState.UNKNOWN, False
+        self.state, self.may_press_unseen, self.may_be_idle = ForceState.UNKNOWN, False, False
         self._by_creep, self._by_retardation = _Mean(), _Mean()
 
     def see_slides(self, now: Estimate, i: int, *, presses: bool) -> None:
@@ -88,8 +89,9 @@ class WatchedForce:
             works = retards
         if works is not None and retards in {works, None}:
             self.state = ForceState.BORNE_OUT if works is presses else ForceState.CONTRADICTED
-        seems_to_work = self._by_retardation.works(LEANS_SIGMAS) is True
-        self.may_press_unseen = self.state is ForceState.UNKNOWN and not presses and seems_to_work
+        seems_to_work, is_known = self._by_retardation.works(LEANS_SIGMAS), self.state is not ForceState.UNKNOWN
+        self.may_press_unseen = not (presses or is_known) and seems_to_work is True
+        self.may_be_idle = presses and not is_known and seems_to_work is False
 
 
 class _Mean:

@@ -7,6 +7,7 @@ from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, LEAST_CREEP, Creep, CreepMeter
+from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, Participation
@@ -62,6 +63,8 @@ class BrakeNotApplied:
             return self._all_unknown
         if min(seen.forces_n) >= self._others_n:
             return (FINE,) * count
+        if MisledBy.IDLE in seen.misled_by:  # it may be the sensors of those that press
+            return self._all_unknown
         creep = self._creep.creep(now)
         return tuple(self._judge(i, now, creep) for i in range(count))
 
