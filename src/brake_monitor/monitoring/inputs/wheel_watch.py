@@ -16,6 +16,7 @@ from msgspec import Struct
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.retardation import mean_retardation_mps2
+from brake_monitor.monitoring.inputs.speed_scale import SpeedScale
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.watched_wheelset import (
     CUTS_OUT_BELOW_MPS,
@@ -73,12 +74,16 @@ class WheelWatch:
         self._doubt_since_s = self._agrees_since_s = inf
         self._past: deque[_Moment] = deque()
         self._demanded_s = self._pressed_s = -inf
-        self.speed_is_contradicted = False
+        self._stands_alone = False  # the vehicle's speed does
+        self._scale = SpeedScale()
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
         """What each wheelset does; `measured`: whether its own speed and the vehicle's are good."""
         self._note(now)
         self._judge_speed(now, measured)
+        if len(self.wheels) > 1 and all(measured) and self.speed.mps is not None:
+            rolling_mps = [wheel.rolling_mps for wheel in self.wheels]
+            self._scale.see(now.time_s, self.speed.mps, rolling_mps, is_free=self._rolls_freely(now))
         if self.speed_is_contradicted or self._doubt_since_s < inf:
             return (WheelState.UNKNOWN,) * len(self.wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
@@ -95,6 +100,11 @@ class WheelWatch:
             else:
                 states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, any_rolls=True in rolls))
         return tuple(states)
+
+    @property
+    def speed_is_contradicted(self) -> bool:
+        """Whether the vehicle's speed is not to be believed beside its wheelsets'."""
+        return self._stands_alone or self._scale.is_off
 
     @property
     def drops(self) -> int:
@@ -136,12 +146,17 @@ class WheelWatch:
         elif self._demanded_s > time_s:
             self._demanded_s = -inf
 
+    def _rolls_freely(self, now: Estimate) -> bool:
+        """Whether neither brake nor motor has acted on any wheelset for a while."""
+        acted_s = max(self._pressed_s, self._demanded_s, *(wheel.holding.driven_s for wheel in self.wheels))
+        return now.time_s - acted_s >= RELEASED_S
+
     def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
         """Whether the vehicle's speed stands alone against its wheelsets."""
         speed_mps = self.speed.mps or 0.0
         wheels = self._told_of(measured)
         rolling = [wheel.rolling_mps for wheel in wheels]
-        if self.speed_is_contradicted:
+        if self._stands_alone:
             self._believe_speed_again(now.time_s, speed_mps, rolling)
             return
         several = len(wheels) > 1
@@ -162,13 +177,13 @@ class WheelWatch:
             else:
                 alone |= waited and origins <= NOT_TURNED and not (slows and pressed)
         self._doubt_since_s = min(self._doubt_since_s, now.time_s) if alone else inf
-        self.speed_is_contradicted |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
+        self._stands_alone |= now.time_s - self._doubt_since_s >= SPEED_DOUBT_S
 
     def _believe_speed_again(self, time_s: float, speed_mps: float, rolling: list[float]) -> None:
         agrees = any(abs(own - speed_mps) < SPEED_AGREES * own for own in rolling if own > WATCHED_FROM_MPS)
         self._agrees_since_s = min(self._agrees_since_s, time_s) if agrees else inf
         if time_s - self._agrees_since_s >= SPEED_AGREES_S:
-            self.speed_is_contradicted, self.speed.jumped = False, False
+            self._stands_alone, self.speed.jumped = False, False
             self._doubt_since_s = self._agrees_since_s = inf
 
     def _cut_out(self, now: Estimate, measured: Sequence[bool]) -> bool:
