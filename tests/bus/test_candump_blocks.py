@@ -124,12 +124,12 @@ def test_times_are_the_very_doubles_that_their_text_means(times_us: list[int]) -
     assert [frame.time_s for frame in frames] == [float(text) for text in texts]
 
 
+def refuse(raw: bytes, number: int) -> Frame:
+    raise AssertionError(number, raw)
+
+
 def test_ordinary_lines_are_not_read_singly() -> None:
     """Else all would be right and nothing gained."""
-
-    def refuse(raw: bytes, number: int) -> Frame:
-        raise AssertionError(number, raw)
-
     lines = (
         "(1436509052.249713) can0 1A0#0011223344556677", "(0.000001) can0 18FF5030#",
         "(17.250000) slcan1.2 000001a0#0f", "(1436509052.249713) can0 7FF#00 R",
@@ -144,6 +144,13 @@ def test_ordinary_lines_are_not_read_singly() -> None:
         Frame(1436509052.249713, "CAN0", 0x7FF, False, b"\x00"),
         Frame(1436509052.249713, "CAN0", 0x1FFFFFFF, True, b"\x00\x11\x22\x33"),
     ]
+
+
+def test_of_two_channels_all_lines_are_ordinary_however_many_there_are() -> None:
+    """Only channels are found one by one, and no more than some dozens of them."""
+    content = "".join(f"({k}.000000) can{k % 2} 1A0#00\n" for k in range(200)).encode()
+    frames = [frame for block in CandumpBlocks(False, str.upper, refuse).read(BytesIO(content)) for frame in block]
+    assert frames == [Frame(float(k), f"CAN{k % 2}", 0x1A0, False, b"\x00") for k in range(200)]
 
 
 alike = st.builds(
