@@ -1,6 +1,7 @@
 """When creep is believed that one brake bears less than the others."""
 
 from collections.abc import Sequence
+from statistics import fmean
 
 import pytest
 from msgspec.structs import replace
@@ -235,10 +236,10 @@ def test_a_weak_brake_is_told_by_the_applications_in_which_the_rail_gives_ample(
 TOO_SLOW = 20e-4  # that a vehicle speed reads while the wagon brakes, relative to it: more than wheelsets creep
 
 
-def lagging(bears: float, stiffness: float, times: int = 5, force_n: float = 40e3) -> float:
-    """The friction told of one of four that bears so much of what each of the others does, over theirs."""
+def lagging_stops(bears: float, stiffness: float, times: int = 5, force_n: float = 40e3) -> list[ApplicationRecord]:
+    """Of four wheelsets, of which the first bears so much of what each of the others does."""
     whole = (3.0 + bears) / 4.0
-    stops = [
+    return [
         stop(
             (bears / whole, *[1.0 / whole] * 3),
             0.34,
@@ -250,10 +251,14 @@ def lagging(bears: float, stiffness: float, times: int = 5, force_n: float = 40e
         )
         for k in range(times)
     ]
-    told = told_apart(stops, NOMINAL).wheelsets
-    assert told[0].friction is not None
-    assert told[1].friction is not None
-    return told[0].friction / told[1].friction
+
+
+def lagging(bears: float, stiffness: float, times: int = 5, force_n: float = 40e3) -> float:
+    """The friction told of the one that lags, over that of each of the others."""
+    first, second, *_ = frictions(*lagging_stops(bears, stiffness, times, force_n))
+    assert first is not None
+    assert second is not None
+    return first / second
 
 
 @pytest.mark.parametrize(("bears", "stiffness"), [(0.0, 60.0), (0.0, 100.0), (0.3, 60.0)])
@@ -262,6 +267,14 @@ def test_one_that_bears_little_lags_behind_the_others_though_the_vehicles_speed_
 ) -> None:
     """It bears no more than is told of it."""
     assert bears < lagging(bears, stiffness) < 0.8
+
+
+def test_what_one_that_lags_does_not_bear_the_others_do() -> None:
+    """All four together retard the wagon as much as before, whoever of them does it."""
+    told = told_apart(lagging_stops(0.0, 60.0), NOMINAL).wheelsets
+    assert len({own.friction for own in told}) == 2
+    assert fmean(own.friction or 0.0 for own in told) == pytest.approx(0.34)
+    assert sum(own.torque_nm or 0.0 for own in told) == pytest.approx(4 * 0.34 * 40e3 * 0.247)
 
 
 @pytest.mark.parametrize(
