@@ -120,8 +120,10 @@ def test_wheelsets_that_slide_or_lock_are_no_signals_that_are_lost(slide_protect
 class Wagon:
     """One signal, of which is known how often it was lost."""
 
-    def __init__(self) -> None:
+    def __init__(self, bus_silent_s: float = 0.0) -> None:
+        """`bus_silent_s`: for so long nothing else has come on its bus either, whenever it is lost."""
         self.monitor, self.time_s, self.losses = Monitor(wagon_rules(AlarmSettings(), 2)), 1000.0, 0
+        self._bus_silent_s = bus_silent_s
 
     def told(self, lost_every_s: float, lasting_s: float) -> list[Alarm]:
         """What is given out while it is lost so often."""
@@ -134,9 +136,17 @@ class Wagon:
             self.time_s += 0.1
             self.losses += is_lost
             speed = report(Quantity.SPEED, 0, "GNSS.v", GOOD, bus="can0", losses=self.losses)
-            bus = BusReport("can0", 0.0, 0, is_off=False)
+            bus = BusReport("can0", self._bus_silent_s if is_lost else 0.0, 0, is_off=False, expected_within_s=0.1)
             given += self.monitor.see(observation(estimate(time_s=self.time_s), (speed,), (bus,)))
         return given
+
+
+@pytest.mark.parametrize(("bus_silent_s", "is_told"), [(0.3, True), (0.7, False)])
+def test_a_signal_counts_as_lost_in_short_gaps_of_its_bus_though_not_in_longer_ones(
+    bus_silent_s: float, is_told: bool
+) -> None:
+    """The time-outs of all that is on it are a tenth of a second: nothing else tells of the short ones."""
+    assert bool(Wagon(bus_silent_s).told(2.0, 50.0)) is is_told
 
 
 def test_it_is_over_when_it_was_seldom_lost_for_a_minute() -> None:
