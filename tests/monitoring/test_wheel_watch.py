@@ -278,6 +278,45 @@ def test_wheel_speed_sensors_that_begin_late_as_the_wagon_departs_contradict_nob
     assert found <= {WheelState.DOUBTFUL, WheelState.ROLLING, WheelState.UNKNOWN}
 
 
+@pytest.mark.parametrize(
+    ("speed_mps", "off", "rolls_s", "is_told"),
+    [
+        (4.5, 0.15, 11.0, True),  # as by a radius that is wrong by so much
+        (4.5, 0.15, 9.0, False),
+        (4.5, 0.25, 3.0, True),
+        (3.5, 0.25, 30.0, False),
+        (4.5, 0.10, 30.0, False),  # a worn wheel, which is calibrated
+    ],
+)
+def test_a_wheel_speed_in_another_scale_is_told_where_the_wagon_rolls_faster_than_4_mps(
+    speed_mps: float, off: float, rolls_s: float, is_told: bool
+) -> None:
+    wagon = vehicle("wagon")
+    watch, states = WheelWatch(wagon, CONTACT_N), (WheelState.ROLLING,) * 2
+    slips = (off, 0.0)
+    omegas_radps = [speed_mps * (1.0 - slip) / wagon.wheel_radius_m[i] for i, slip in enumerate(slips)]
+    wheelsets = [wheelset(slip=slip, omega_radps=omegas_radps[i], pressing_force_n=0.0) for i, slip in enumerate(slips)]
+    for k in range(round(rolls_s * 10)):
+        show_all(watch, k / 10, speed_mps, omegas_radps, pressing_n=0.0)
+        now = estimate(time_s=k / 10, speed_mps=speed_mps, saturated=False, wheelsets=tuple(wheelsets))
+        states = watch.judge(now, [True, True])
+    assert (states[0] is WheelState.CONTRADICTED) is is_told
+    assert states[1] is WheelState.ROLLING
+
+
+def test_one_reading_of_the_vehicles_speed_that_jumps_contradicts_nobody() -> None:
+    """The next one agrees with all wheelsets again."""
+    wagon = vehicle("wagon")
+    watch = WheelWatch(wagon, CONTACT_N)
+    for k in range(100):
+        omegas_radps = [20.0 / radius_m for radius_m in wagon.wheel_radius_m]
+        show_all(watch, k / 10, 30.0 if k == 50 else 20.0, omegas_radps, pressing_n=0.0)
+        own = [wheelset(slip=0.0, omega_radps=omega_radps, pressing_force_n=0.0) for omega_radps in omegas_radps]
+        states = watch.judge(estimate(time_s=k / 10, speed_mps=20.0, saturated=False, wheelsets=tuple(own)), [True] * 2)
+        assert not watch.speed_is_contradicted
+        assert k in range(50, 52) or states == (WheelState.ROLLING,) * 2
+
+
 def test_a_vehicle_speed_that_leaves_all_wheelsets_behind_is_contradicted_and_none_of_them_is() -> None:
     """By 25 %, of which noise makes more than a fifth of slip to one wheelset and less to the other."""
     wagon, found = vehicle("wagon"), []
