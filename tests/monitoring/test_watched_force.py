@@ -98,3 +98,20 @@ def test_a_wheelset_that_slides_anew_contradicts_a_sensor_that_has_pressed_latel
         own = wheelset(pressing_force_n=force_n, renewed_slides=slides, work=WheelsetWork(wsp_actions=2))
         force.see_slides(estimate(time_s=time_s, wheelsets=(own,)), 0, presses=False)
     assert force.state is state
+
+
+def test_a_sensor_that_a_slide_contradicts_is_not_believed_before_it_moves_however_long_that_takes() -> None:
+    force = WatchedForce()
+    states = {}
+    for time_s, force_n, slides in (
+        (100.0, 40e3, 0),
+        (101.0, 0.0, 0),
+        (105.0, 0.0, 1),
+        (200.0, 0.0, 1),
+        (201.0, 2e4, 0),
+    ):
+        own = wheelset(pressing_force_n=force_n, renewed_slides=slides, work=WheelsetWork(wsp_actions=2))
+        force.see_slides(estimate(time_s=time_s, wheelsets=(own,)), 0, presses=False)
+        states[time_s] = force.state
+    assert states[105.0] is states[200.0] is ForceState.CONTRADICTED
+    assert states[201.0] is ForceState.UNKNOWN
