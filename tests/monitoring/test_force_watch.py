@@ -459,3 +459,17 @@ def test_a_brake_that_came_on_in_the_application_before_may_press_unseen_in_this
         now = estimate(time_s=time_s, speed_mps=20.0, saturated=again, wheelsets=wheelsets)
         watch.judge(now, [True, True], speeds_are_good=True)
     assert watch.may_press_unseen
+
+
+def test_brakes_that_come_on_one_after_the_other_are_not_suspected_of_pressing_unseen() -> None:
+    """As by a distributor at one end: until all others press it is too early to suspect one that does not."""
+    wagon = vehicle("bogie")
+    watch = watch_of(wagon)
+    for k in range(round(RELEASE_S * 10)):
+        time_s = k / 10
+        forces_n = [braked(time_s) if time_s >= BRAKE_S + 0.5 * i else 0.0 for i in range(4)]
+        wheelsets = tuple(wheelset(pressing_force_n=force_n) for force_n in forces_n)
+        now = estimate(time_s=time_s, speed_mps=20.0, saturated=False, wheelsets=wheelsets)
+        watch.judge(now, [True] * 4, speeds_are_good=True)
+        only_the_last_is_silent = BRAKE_S + 1.0 <= time_s < BRAKE_S + 1.5
+        assert watch.may_press_unseen is only_the_last_is_silent, time_s
