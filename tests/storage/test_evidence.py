@@ -167,6 +167,16 @@ def test_the_oldest_goes_first_and_the_disk_use_is_bounded(tmp_path: Path) -> No
     assert all(len(list(tmp_path.glob(f"{name}.*"))) == 3 for name in left)
 
 
+def test_evidence_that_is_written_again_takes_the_room_of_what_it_replaces(tmp_path: Path) -> None:
+    """As that of each alarm is, with what came after: there is room for two, and both stay."""
+    EvidenceFolder(tmp_path, 10**6).write(some("alarm-0"))
+    used = sum(path.stat().st_size for path in tmp_path.iterdir())
+    folder = EvidenceFolder(tmp_path, 2 * used)
+    for _ in range(2):
+        folder.write(some("alarm-1"))
+    assert {path.stem for path in tmp_path.iterdir()} == {"alarm-0", "alarm-1"}
+
+
 def test_the_bound_is_of_bytes_not_of_characters(tmp_path: Path) -> None:
     piece = some("alarm-0")
     spoken = msgspec.structs.replace(piece.state.alarm, message="Vérité")
