@@ -1,5 +1,6 @@
 """What waits to be written, and in which directory."""
 
+import time
 from pathlib import Path
 
 from brake_monitor.processing.remembered import Remembered
@@ -26,6 +27,19 @@ def test_the_writing_thread_has_work_only_where_something_waits_that_may_be_writ
     )  # a state made without what the disk holds is none
     assert not handover._has_work()
     assert handover.take_batch() == Batch()
+
+
+def test_the_writing_thread_rests_as_long_as_nothing_is_to_be_written() -> None:
+    handover = MemoryHandover()
+    handover.note_resumed({})
+    began_s = time.monotonic()
+    assert not handover.wait(0.2, for_work=True)
+    assert time.monotonic() - began_s >= 0.2
+    handover.give(batch(1), [])
+    assert not handover.wait(60.0, for_work=True)
+    handover.close()
+    assert handover.wait(60.0, for_work=False)
+    assert time.monotonic() - began_s < 60.0
 
 
 def test_nobody_else_may_look_into_the_memory(tmp_path: Path) -> None:
