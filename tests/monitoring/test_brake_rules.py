@@ -497,6 +497,12 @@ class TestUnevenBraking:
         sure = stop(*(wheelset_stop(friction, 0.014) for friction, _ in frictions))
         assert severities(told(self.rule, sure)) == [Severity.ALARM, Severity.ALARM, None, None]
 
+    @pytest.mark.parametrize(("std", "severity"), [(0.048, Severity.WARNING), (0.054, None)])
+    def test_friction_alone_tells_from_its_95_percent_interval_on(self, std: float, severity: Severity | None) -> None:
+        """0.10 apart from the other's, which is known: 1.96 deviations of 0.051."""
+        pair = stop(wheelset_stop(0.24, std), wheelset_stop(0.34, 0.0))
+        assert severities(told(uneven(2), pair)) == [severity, None]
+
     def test_a_pressing_force_that_differs_or_creep_that_does_tells_without_friction(self) -> None:
         doubtful = wheelset_stop(std=0.12)
         weak = wheelset_stop(std=0.12, pressing_force_n=0.5 * FULL_N, torque_nm=0.5 * 0.34 * FULL_N * 0.247)
