@@ -198,6 +198,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ("[4.5, -4.5]", f"[4.5,\n-{'1_1' * 2500}]", "5: expected numbers of 4300 digits at the most"),
         ("mass_kg = 36000.0", "mas_kg = 36000.0", '3: vehicle.mas_kg: unknown key, did you mean "mass_kg"?'),
         ("mass_kg = 36000.0", "", "1: vehicle.mass_kg: this key is missing"),
+        (GOOD[: GOOD.index(REST)], "", "1: vehicle: this key is missing"),
         ("[4.5, -4.5]", "[]", "4: vehicle.axle_positions_m: expected one number per wheelset, got an empty list"),
         ("[4.5, -4.5]", str([*range(33)]), "4: vehicle.axle_positions_m: expected 32 wheelsets at the most, got 33"),
         ("[4.5, -4.5]", "[4.5, nan]", "4: vehicle.axle_positions_m[2]: expected a finite number, got nan"),
@@ -296,6 +297,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         (N_B, N_B + "max = -1e306, ", N_B_AT + "max: expected a number not less than -1e+12, got -1e+306"),
         (N_B, N_B + "timeout_s = 1e300, ", N_B_AT + "timeout_s: expected a number not greater than 86400, got 1e+300"),
         (N_B, N_B + "delay_s = 100, ", N_B_AT + "delay_s: expected a number not greater than 30, got 100"),
+        (N_B, N_B + "delay_s = -0.01, ", N_B_AT + "delay_s: expected a number not less than 0, got -0.01"),
         (REST, "[estimator]\nfriction_nominal = 0.61\n[can]", "11: estimator.friction_nominal: expected a number not "),
         (REST, "[wear]\npad_limit_mm = 40\n[can]", "11: wear.pad_limit_mm: expected less than new_pad_thickness_mm"),
         (REST, "[wear]\nnew_pad_thickness_mm = 4\n[can]", "10: wear.pad_limit_mm: expected less than new_pad_thick"),
@@ -402,6 +404,12 @@ def test_every_kind_of_vehicle_is_taken(tmp_path: Path, kind: str) -> None:
     text = GOOD.replace("36000.0", f"{mass_kg}").replace("118.0", f"{inertia_kgm2}")
     text = text.replace("[0.445, 0.440]", f"{wheel_radius_m}").replace("0.247", f"{brake_radius_m}")
     assert load(tmp_path, text).vehicle.brake_radius_m == (brake_radius_m, brake_radius_m)
+
+
+@pytest.mark.parametrize("delay_s", [0.0, 0.005, 30.0])
+def test_a_sensor_may_lag_by_milliseconds_and_up_to_half_a_minute(tmp_path: Path, delay_s: float) -> None:
+    late = load(tmp_path, GOOD.replace(N_B, f"{N_B}delay_s = {delay_s}, "))
+    assert [signal.delay_s for signal in late.signals.axle_speed] == [0.0, delay_s]
 
 
 def test_an_id_may_have_a_hundred_characters(tmp_path: Path) -> None:
