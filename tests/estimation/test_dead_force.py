@@ -20,12 +20,14 @@ def told(true_n: np.ndarray, noise_steps: float) -> np.ndarray:
     return np.maximum(np.round(true_n / STEP_N + noise), 0.0) * STEP_N
 
 
-def dead_after(force: DeadForce, forces_n: np.ndarray, from_s: float = 0.0) -> float | None:
+def dead_after(
+    force: DeadForce, forces_n: np.ndarray, from_s: float = 0.0, *, period_s: float = PERIOD_S
+) -> float | None:
     """When it is told to be dead, in s; None: never."""
     for k, force_n in enumerate(forces_n):
-        force.see(from_s + k * PERIOD_S, force_n)
+        force.see(from_s + k * period_s, force_n)
         if force.is_dead:
-            return from_s + k * PERIOD_S
+            return from_s + k * period_s
     return None
 
 
@@ -48,6 +50,16 @@ def test_what_trembled_and_repeats_itself_is_dead() -> None:
     found_s = dead_after(force, np.full(100, STEADY_N), 3.0)
     assert found_s is not None
     assert found_s - 3.0 < DEAD_S + 3 * PERIOD_S
+
+
+@pytest.mark.parametrize(("period_s", "found_s"), [(0.002, 0.5), (0.01, 0.5), (0.1, 5.0)])
+def test_it_takes_half_a_second_and_fifty_readings(period_s: float, found_s: float) -> None:
+    """Noise repeats a reading now and then, at any cycle."""
+    force = DeadForce()
+    assert dead_after(force, told(np.full(300, STEADY_N), 1.5), period_s=period_s) is None
+    assert dead_after(force, np.full(300, STEADY_N), 100.0, period_s=period_s) == pytest.approx(
+        100.0 + found_s, abs=1.5 * period_s
+    )
 
 
 def test_it_lives_as_soon_as_it_says_something_else() -> None:
