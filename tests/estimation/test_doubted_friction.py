@@ -6,8 +6,8 @@ Written down by hand: J d(omega)/dt = r N mu_w - r_B F mu_b, and m dv/dt = -Σ N
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.core.friction_doubt import STRAYS_S
-from brake_monitor.estimation.doubts.consistency import DOUBT_S, UNEXPLAINED
+from brake_monitor.estimation.core.friction_doubt import MISTIMED_FRICTION_STD, STRAYS_S
+from brake_monitor.estimation.doubts.consistency import DOUBT_S, STILL, UNEXPLAINED
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.settings.config import EstimatorSettings
@@ -94,6 +94,26 @@ def test_what_is_learned_since_takes_from_the_doubt_about_the_line_as_well() -> 
     for own in estimator.estimate(None).wheelsets:
         pads_share = 1.0 - (own.line_friction_std / own.friction_std) ** 2
         assert pads_share == pytest.approx(known_variance / (known_variance + line_variance), rel=0.02)
+
+
+@pytest.mark.parametrize("n", [2, 4])
+def test_what_inputs_in_doubt_have_taught_is_doubted_of_each_wheelset_by_itself_once_they_are_sound(n: int) -> None:
+    """They may have told one wheelset's friction too high and another one's too low."""
+    core = braking(n).core
+    now, friction = core.now, slice(n + 1, 2 * n + 1)
+    apart = np.eye(n)[0] - np.eye(n)[1]  # the first one's less the second one's
+
+    def variance_apart() -> float:
+        return float(apart @ np.array(core.filter.covariance)[friction, friction] @ apart)
+
+    before = variance_apart()
+    core.judge_friction(False)
+    assert variance_apart() == pytest.approx(before)  # nothing was in doubt
+    now.consistency.raised_s[STILL] = now.time_s - 1.1 * DOUBT_S
+    core.judge_friction(False)
+    assert variance_apart() - before == pytest.approx(2.0 * MISTIMED_FRICTION_STD**2, rel=0.01)
+    core.judge_friction(False)
+    assert variance_apart() - before == pytest.approx(2.0 * MISTIMED_FRICTION_STD**2, rel=0.01)  # once
 
 
 @pytest.mark.parametrize("comes_back", [False, True])
