@@ -128,6 +128,18 @@ def test_a_d_that_has_taken_part_of_what_friction_lost_gives_back_all_of_it(loss
     assert brakes.x[core.deceleration_place] == pytest.approx(core.now.application.line_mps2, abs=LINE_CHANGE_MPS2 / 2)
 
 
+@pytest.mark.parametrize("loss", [-0.15, 0.15])
+def test_a_d_that_has_taken_more_than_friction_lost_gives_back_what_friction_did(loss: float) -> None:
+    """The rest is the line's, or a pull."""
+    estimator = strayed(loss, -12.0 * loss / 0.15 * LINE_CHANGE_MPS2)
+    core, brakes = estimator.core, estimator.core.filter
+    core.doubt_friction(0.3**2)
+    before_mps2, braked_mps2 = brakes.x[core.deceleration_place], loss * abs(core.point_friction_against_line())
+    core.give_back_to_friction(loss)
+    assert abs(braked_mps2) > 2.0 * LINE_CHANGE_MPS2
+    assert brakes.x[core.deceleration_place] - before_mps2 == pytest.approx(braked_mps2, abs=0.5 * LINE_CHANGE_MPS2)
+
+
 @pytest.mark.parametrize(("of_line_change", "comes_back"), [(0.9, False), (1.1, True)])
 @pytest.mark.parametrize("side", [-1.0, 1.0])
 def test_friction_that_moves_the_wagon_no_more_than_lines_do_does_not_come_back(
