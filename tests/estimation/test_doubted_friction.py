@@ -6,6 +6,7 @@ Written down by hand: J d(omega)/dt = r N mu_w - r_B F mu_b, and m dv/dt = -Σ N
 import numpy as np
 import pytest
 
+from brake_monitor.estimation.core.change_doubt import MISPLACED
 from brake_monitor.estimation.core.friction_doubt import MISTIMED_FRICTION_STD, STRAYS_S
 from brake_monitor.estimation.doubts.consistency import DOUBT_S, STILL, UNEXPLAINED
 from brake_monitor.estimation.estimator import Estimator
@@ -94,6 +95,20 @@ def test_what_is_learned_since_takes_from_the_doubt_about_the_line_as_well() -> 
     for own in estimator.estimate(None).wheelsets:
         pads_share = 1.0 - (own.line_friction_std / own.friction_std) ** 2
         assert pads_share == pytest.approx(known_variance / (known_variance + line_variance), rel=0.02)
+
+
+def test_what_forces_have_followed_is_doubted_once_and_stays_so_when_they_follow_it_back() -> None:
+    """What the line did until then may have been the pads'."""
+    core = braking(2).core
+    per_friction_mps2 = -core.point_friction_against_line()
+    variances = [core.mean_friction_variance()]
+    for share in (0.04, 0.04, 0.01, 0.0):  # of what the brakes give
+        core.now.force_trend.followed_mps2 = share * per_friction_mps2 * core.mean_friction() / MISPLACED
+        core.point_friction_against_line()
+        core.see_followed(per_friction_mps2)
+        variances.append(core.mean_friction_variance())
+    before, *after = variances
+    assert after == pytest.approx([before + (0.04 * core.mean_friction()) ** 2] * 4, rel=1e-3)
 
 
 @pytest.mark.parametrize("n", [2, 4])
