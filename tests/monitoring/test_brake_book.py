@@ -16,6 +16,7 @@ from brake_monitor.monitoring.brake_units.wear import archard_loss_mm, energy_lo
 from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
 from brake_monitor.monitoring.reports import InputReports
 from brake_monitor.samples import InputCondition, Quantity
+from brake_monitor.settings.alarm_settings import UnevenBrakingRule
 from brake_monitor.settings.wear_settings import WearSettings
 from estimates import estimate, report, wheelset
 
@@ -114,14 +115,20 @@ def test_a_brake_that_leaves_the_work_to_its_motor_does_not_end_the_application(
     assert len(keep(new_book(), drive)) == records
 
 
-@pytest.mark.parametrize(("pressed_s", "is_told"), [(0.8, False), (1.2, True)])
-def test_a_touch_of_the_brake_is_no_brake_application(pressed_s: float, is_told: bool) -> None:
-    book, drive = new_book(), Drive()
+def touched(pressed_s: float) -> Drive:
+    """A drive whose brake is let go so soon after it has come on."""
+    drive = Drive()
     drive.estimates = [now for now in drive.estimates if not 10.0 + pressed_s <= now.time_s < 20.0]
     drive.estimates = [
         replace(now, time_s=now.time_s - (now.time_s >= 20.0) * (10.0 - pressed_s)) for now in drive.estimates
     ]
-    assert len(keep(book, drive)) == is_told
+    return drive
+
+
+@pytest.mark.parametrize(("pressed_s", "is_told"), [(0.8, False), (1.2, True)])
+def test_a_touch_of_the_brake_is_no_brake_application(pressed_s: float, is_told: bool) -> None:
+    book = new_book()
+    assert len(keep(book, touched(pressed_s))) == is_told
     assert [unit.pads.since_fitted.stops for unit in book.brakes.units] == [is_told] * 2
 
 
@@ -501,6 +508,23 @@ def blended(drive: Drive) -> list[Estimate]:
         )
         for now in drive.estimates
     ]
+
+
+@pytest.mark.parametrize(("motors_until_s", "pressed_s", "is_told"), [(0.0, 1.2, True), (10.2, 3.4, False)])
+def test_of_a_light_braking_torques_are_told_unless_motors_helped(
+    motors_until_s: float, pressed_s: float, is_told: bool
+) -> None:
+    """For 1.2 s pads brake alone, with 220 kW each: rules judge from 100 kJ on, and beside motors from 300 kJ."""
+    light = touched(pressed_s)
+    light.estimates = [
+        replace(now, wheelsets=tuple(replace(own, motor_force_n=10e3 * acts) for own in now.wheelsets))
+        for now in light.estimates
+        for acts in [10.0 <= now.time_s < motors_until_s]
+    ]
+    (stop,) = keep(new_book(), light)
+    for own in stop.wheelsets:
+        assert own.energy_j > UnevenBrakingRule().min_energy_j
+        assert own.torque_nm == (pytest.approx(FRICTION * FORCE_N * BRAKE_RADIUS_M) if is_told else None)
 
 
 def test_what_is_kept_of_a_braking_that_goes_on_changes_nothing_of_its_record() -> None:
