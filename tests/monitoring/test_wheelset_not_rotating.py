@@ -1,5 +1,7 @@
 """A wheelset that was dragged, and came to stand again before anybody has looked at it."""
 
+import pytest
+
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.monitor import Monitor
@@ -12,10 +14,11 @@ ROLLING, STOPPED, DOUBTFUL = WheelState.ROLLING, WheelState.STOPPED, WheelState.
 
 
 class Track:
-    """A wagon with one wheelset at constant speed, seen ten times a second."""
+    """A wagon at constant speed, seen ten times a second; all wheelsets but the first one roll."""
 
-    def __init__(self) -> None:
-        self.monitor = Monitor(wagon_rules(AlarmSettings(), 1))
+    def __init__(self, wheelsets: int = 1) -> None:
+        self.wheelsets = wheelsets
+        self.monitor = Monitor(wagon_rules(AlarmSettings(), wheelsets))
         self.time_s = self.distance_m = 0.0
         self.given: list[Alarm] = []
 
@@ -23,10 +26,16 @@ class Track:
         for _ in range(round(lasts_s * 10)):
             self.time_s += 0.1
             self.distance_m += 0.1 * SPEED_MPS
-            now = estimate(time_s=self.time_s, speed_mps=SPEED_MPS, distance_m=self.distance_m, wheelsets=(wheelset(),))
+            now = estimate(
+                time_s=self.time_s,
+                speed_mps=SPEED_MPS,
+                distance_m=self.distance_m,
+                wheelsets=(wheelset(),) * self.wheelsets,
+            )
+            states = (state, *[ROLLING] * (self.wheelsets - 1))
             self.given += [
                 alarm
-                for alarm in self.monitor.see(observation(now, wheels=(state,)))
+                for alarm in self.monitor.see(observation(now, wheels=states))
                 if alarm.kind == "wheelset_not_rotating"
             ]
 
@@ -49,9 +58,10 @@ def dragged_km(alarm: Alarm) -> float:
     return round(dragged_m / 1000.0, 2)
 
 
-def test_a_second_standstill_adds_to_the_first_until_the_alarm_is_cleared() -> None:
-    """Six kilometres are what may have broken it, not the last twenty metres."""
-    track = Track()
+@pytest.mark.parametrize("wheelsets", [1, 2])
+def test_a_second_standstill_adds_to_the_first_until_the_alarm_is_cleared(wheelsets: int) -> None:
+    """Six kilometres are what may have broken it, not the last twenty metres, nor the twelve in which it rolled."""
+    track = Track(wheelsets)
     track.go(STOPPED, 300.0)
     track.go(ROLLING, 600.0)
     track.go(STOPPED, 30.0)
