@@ -304,6 +304,24 @@ def test_a_wheel_speed_in_another_scale_is_told_where_the_wagon_rolls_faster_tha
     assert states[1] is WheelState.ROLLING
 
 
+@pytest.mark.parametrize(("share", "state"), [(0.12, WheelState.SLIDING), (0.08, WheelState.STOPPED)])
+def test_a_wheelset_stands_that_turns_slower_than_a_tenth_of_the_vehicles_speed(
+    share: float, state: WheelState
+) -> None:
+    """Its brake takes half a second to bring it there."""
+    wagon = vehicle("wagon")
+    watch, states = WheelWatch(wagon, CONTACT_N), (WheelState.ROLLING,) * 2
+    for k in range(500):
+        time_s = k / 100
+        turns = (1.0 - (1.0 - share) * min(max(time_s - 2.0, 0.0) / 0.5, 1.0), 1.0)
+        omegas_radps = [10.0 * own / wagon.wheel_radius_m[i] for i, own in enumerate(turns)]
+        show_all(watch, time_s, 10.0, omegas_radps, pressing_n=40e3)
+        if k % 10 == 0:
+            own = [wheelset(slip=1.0 - turns[i], omega_radps=omegas_radps[i]) for i in range(2)]
+            states = watch.judge(estimate(time_s=time_s, speed_mps=10.0, wheelsets=tuple(own)), [True, True])
+    assert states == (state, WheelState.ROLLING)
+
+
 def test_one_reading_of_the_vehicles_speed_that_jumps_contradicts_nobody() -> None:
     """The next one agrees with all wheelsets again."""
     wagon = vehicle("wagon")
