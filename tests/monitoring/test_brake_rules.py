@@ -971,7 +971,8 @@ class TestDraggingBrake:
         [
             (11e3, 5.5, 1e9, True),
             (11e3, 4.5, 1e9, False),  # brakes at a train's end are not released yet
-            (5e3, 10.0, 1e9, False),  # a train that is driven keeps its discs free of snow
+            (5.9e3, 10.0, 1e9, False),  # a train that is driven keeps its discs free of snow
+            (6.1e3, 10.0, 1e9, True),  # three times the force of a brake that should be released
             (11e3, 6.0, 30.0, False),  # released meanwhile
         ],
     )
