@@ -62,6 +62,11 @@ def test_however_long_it_lasted_it_is_over_after_twenty_seconds() -> None:
     assert cleared_s == pytest.approx(320.0, abs=0.3)
 
 
+@pytest.mark.parametrize(("speed_mps", "is_told"), [(2.9, False), (3.1, True)])
+def test_it_is_told_where_the_wagon_runs_faster_than_3_mps(speed_mps: float, is_told: bool) -> None:
+    assert bool(told(moments(0.0, 15.0, ALONE, speed_mps=speed_mps))) is is_told
+
+
 @pytest.mark.parametrize("wheels", [NEITHER, ALONE, BOTH])
 def test_where_the_vehicles_speed_scatters_it_alone_is_told(wheels: tuple[bool, bool]) -> None:
     (raised_s, who), (cleared_s, nobody) = told(moments(0.0, 15.0, wheels, vehicle=True), moments(15.0, 60.0, NEITHER))
