@@ -390,6 +390,16 @@ def test_friction_counts_only_where_all_brakes_press() -> None:
     assert stop.wheelsets[0].energy_j > 0.0
 
 
+@pytest.mark.parametrize("known_s", [5.0, 15.0])
+def test_with_a_brake_that_is_known_to_drag_unseen_no_friction_is_told(known_s: float) -> None:
+    """It is part of how the wagon rolled before: of what it adds under the brake only that shows."""
+    drive, book = Drive(), new_book()
+    ended = [book.see(now, SOUND, a_brake_drags=now.time_s >= known_s) for now in drive.estimates]
+    (stop,) = [record for records in ended for record in records]
+    assert [(own.friction, own.torque_nm) for own in stop.wheelsets] == [(None, None)] * 2
+    assert [own.energy_j for own in stop.wheelsets] == pytest.approx(drive.energy_j)
+
+
 def told_late(drive: Drive, until_s: float, after_s: float = 0.0) -> list[Estimate]:
     """The second brake's force stands still at 0 until then, and rises to what it is within `after_s`."""
 

@@ -74,6 +74,33 @@ def test_where_no_brake_is_as_it_should_be_the_friction_of_all_tells_that_someth
     assert frictions(stop((1.25, 0.75), friction, std)) == pytest.approx(shared if is_told else [friction] * 2)
 
 
+@pytest.mark.parametrize(
+    ("last", "creep_std", "is_told"),
+    [
+        ((1.30, 0.70), 2e-4, True),  # by itself it stands no more apart than its noise
+        ((1.10, 0.90), 2e-4, False),  # it shows less than half of what stood apart
+        ((1.00, 1.00), 2e-4, False),
+        ((0.80, 1.20), 3e-4, False),
+        ((1.12, 0.88), 2e-5, False),  # it is known better, and no longer apart
+    ],
+)
+def test_what_stood_apart_before_goes_on_in_an_application_that_shows_it_less_clearly(
+    last: tuple[float, float], creep_std: float, *, is_told: bool
+) -> None:
+    """Pads of one that rub half as much: in a light or short braking wheel speeds are too noisy to tell that anew."""
+    clear, noisy = stop((1.36, 0.64), 0.26), stop(last, 0.26, start_s=70.0, creep_std=creep_std)
+    assert frictions(clear) == pytest.approx([0.26 * 1.36, 0.26 * 0.64])
+    assert frictions(clear, noisy) == pytest.approx([0.26 * 1.36, 0.26 * 0.64] if is_told else [0.26, 0.26])
+
+
+@pytest.mark.parametrize("creep_std", [2e-4, 2e-5])
+def test_an_application_whose_creep_is_noise_does_not_tell_how_stiff_the_contact_is(creep_std: float) -> None:
+    """It seems far stiffer, as if the others had been near the limit of the rail, so that they did not count."""
+    clear, light = stop((1.36, 0.64), 0.26), stop((1.2, 0.8), 0.26, start_s=70.0, creep=4.5e-4, creep_std=creep_std)
+    is_told = creep_std > 1e-4
+    assert frictions(clear, light) == pytest.approx([0.26 * 1.36, 0.26 * 0.64] if is_told else [0.26, 0.26])
+
+
 @pytest.mark.parametrize(("own", "last", "is_told"), [(0.65, 0.7, True), (0.65, 0.85, False), (1.4, 1.1, False)])
 def test_one_of_four_that_stands_apart_each_time_is_told_by_four_applications_that_agree(
     own: float, last: float, is_told: bool

@@ -23,7 +23,7 @@ from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.bus_watch import BusWatch
 from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
-from brake_monitor.monitoring.misled import qualified
+from brake_monitor.monitoring.misled import MisledBy, qualified
 from brake_monitor.monitoring.monitor import Monitor
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
 from brake_monitor.monitoring.rules.all_rules import all_rules
@@ -303,7 +303,8 @@ class Pipeline:
         """Judge the inputs, keep the books of the brake units, show the rules all of it; what changed and ended."""
         estimator = self.estimator
         inputs, wheels = self._input_judge.judge(estimate, estimator.input_condition, estimator.input_changes)
-        applications = self.brake_book.see(estimate, inputs)
+        a_brake_drags = MisledBy.DRAG in self.monitor.misled_by
+        applications = self.brake_book.see(estimate, inputs, a_brake_drags=a_brake_drags)
         buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
         seen = Observation(estimate, inputs, buses, brakes, wheels, failure, self._input_judge.misled_by)
         disbelieved, idle = inputs.disbelieved, self._input_judge.idle_brakes

@@ -40,8 +40,18 @@ class ApplicationRecorder:
         """Go on with the application that went on when the program ended, if it does still."""
         self._earlier = running
 
-    def see(self, now: Estimate, inputs: InputReports, disc_temperature_c: Sequence[float]) -> ApplicationRecord | None:
-        """Take an estimate, what is thought of the inputs, and the disc temperatures; the record that it ended."""
+    def see(
+        self,
+        now: Estimate,
+        inputs: InputReports,
+        disc_temperature_c: Sequence[float],
+        *,
+        a_brake_drags: bool = False,
+    ) -> ApplicationRecord | None:
+        """Take an estimate, what is thought of the inputs, and the disc temperatures; the record that it ended.
+
+        With a brake that drags unseen it tells no friction.
+        """
         known = inputs.are_good(Quantity.PRESSING_FORCE, len(now.wheelsets))
         self._creep.note(now, known)
         last = self._last
@@ -67,7 +77,7 @@ class ApplicationRecorder:
             self._running = RunningApplication(last, self._contact_force_n)
         if self._running is not None:
             self._running.press(presses, known, now.motors_brake)
-            are_told = all(known) and Doubt.OUT_OF_STEP not in now.reasons
+            are_told = all(known) and not a_brake_drags and Doubt.OUT_OF_STEP not in now.reasons
             self._running.note_inputs(are_told=are_told, gradient_is_known=inputs.gradient_is_known)
             self._running.add(last, now, self._creep.creep(now), disc_temperature_c)
         return finished

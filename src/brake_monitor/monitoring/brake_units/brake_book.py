@@ -71,9 +71,13 @@ class BrakeBook:
         )
         return Brakes(now.time_s, units, (*earlier.applications, *now.applications)[-APPLICATIONS_JUDGED:])
 
-    def see(self, now: Estimate, inputs: InputReports) -> tuple[ApplicationRecord, ...]:
-        """Take the next estimate; the brake application that it ended, if it did."""
-        finished = self._recorder.see(now, inputs, [unit.disc_temperature_c for unit in self.brakes.units])
+    def see(self, now: Estimate, inputs: InputReports, *, a_brake_drags: bool = False) -> tuple[ApplicationRecord, ...]:
+        """Take the next estimate; the brake application that it ended, if it did.
+
+        Where `a_brake_drags` unseen no friction is kept: the drag is part of the line that a brake is told against.
+        """
+        temperatures_c = [unit.disc_temperature_c for unit in self.brakes.units]
+        finished = self._recorder.see(now, inputs, temperatures_c, a_brake_drags=a_brake_drags)
         ended = () if finished is None else (self._marked(finished),)
         count, distance_m = float(len(ended)), now.distance_m - self._distance_m
         works = [wheelset.work for wheelset in now.wheelsets]

@@ -68,7 +68,7 @@ class RunningApplication:
         self._presses, self.is_unknown = 2 * sum(awaited) > len(awaited), not part
 
     def note_inputs(self, *, are_told: bool, gradient_is_known: bool) -> None:
-        """Take whether every pressing force is known and in step, and whether the gradient's signal is good."""
+        """Take whether all that presses is known and in step, and whether the gradient's signal is good."""
         self._is_told_whole &= are_told
         self._gradient_is_known &= gradient_is_known
 

@@ -5,7 +5,7 @@ them fails to give. Their wheelsets, however, creep as much as their own brakes 
 """
 
 from collections.abc import Sequence
-from math import inf, sqrt
+from math import hypot, inf, sqrt
 from statistics import mean, median
 from typing import NamedTuple
 
@@ -15,7 +15,8 @@ from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 
 LEAST_CREEP = 4e-4  # on average; curves change rolling radii by as much, so that less says nothing
-CLEAR_SIGMAS = 3.0  # of the noise; wheel speeds in coarse steps tell brakes apart only where they differ much
+ALIKE_SIGMAS = 2.0  # of the noise
+CLEAR_SIGMAS = 3.0  # ...; wheel speeds in coarse steps tell brakes apart only where they differ much
 OFF = 0.15  # of nominal: more than weather changes friction, so that something is wrong with a brake
 CULPRIT = 0.40  # of nominal
 LEAST_SHARE = 1e-6  # none, or all that is borne
@@ -84,12 +85,19 @@ def _with_proportional_creep(applications: Sequence[ApplicationRecord]) -> list[
     Towards the peak of what its own rail gives under its own load a wheelset creeps far more than its torque tells.
     """
     compliances = [_compliance(record) for record in applications]
-    known = sorted(compliance for compliance in compliances if compliance is not None and compliance > 0.0)
+    pairs = zip(applications, compliances, strict=True)
+    known = sorted(compliance for record, compliance in pairs if compliance and _is_known(record))
     if not known:
         return list(applications)
     most = STEEP * known[len(known) // 4]
     pairs = zip(applications, compliances, strict=True)
     return [record for record, compliance in pairs if compliance is not None and compliance <= most]
+
+
+def _is_known(record: ApplicationRecord) -> bool:
+    """Whether what all creep is no noise."""
+    shares = creep_shares(record)
+    return shares is not None and all(CLEAR_SIGMAS * share.std <= 1.0 for share in shares)
 
 
 def _compliance(record: ApplicationRecord) -> float | None:
@@ -99,9 +107,23 @@ def _compliance(record: ApplicationRecord) -> float | None:
 
 
 def _last_shares(applications: Sequence[ApplicationRecord]) -> list[Share] | None:
-    """By the last creep that says anything."""
-    telling = (shares for record in reversed(applications) if (shares := creep_shares(record)) is not None)
-    return next(telling, None)
+    """By the last creep that says anything; where it goes the way of what stood apart before, less clearly, by that."""
+    lately = None
+    for record in reversed(applications):
+        shares = creep_shares(record)
+        if shares is None:
+            continue
+        lately = lately or shares
+        if any(share.is_apart for share in shares):
+            return shares if _goes_on(lately, shares) else lately
+    return lately
+
+
+def _goes_on(lately: Sequence[Share], before: Sequence[Share]) -> bool:
+    """Whether what was lately is as before, for all that its noise lets one see, and shows at least half of it."""
+    pairs = list(zip(lately, before, strict=True))
+    is_alike = all(abs(now.value - then.value) <= ALIKE_SIGMAS * hypot(now.std, then.std) for now, then in pairs)
+    return is_alike and all((now.value - 1.0) / (then.value - 1.0) > 0.5 for now, then in pairs if then.is_apart)
 
 
 def can_tell_apart(record: ApplicationRecord) -> bool:
