@@ -62,6 +62,16 @@ def test_it_takes_half_a_second_and_fifty_readings(period_s: float, found_s: flo
     )
 
 
+@pytest.mark.parametrize("by_s", [4.0, 8.0])
+def test_readings_that_come_in_another_order_do_not_tremble_by_that(by_s: float) -> None:
+    """A force without any noise is filled and held; each two of its frames have changed places."""
+    forces_n = np.interp(np.arange(0.0, 16.0, PERIOD_S), (1.0, 1.0 + by_s), (0.0, STEADY_N))
+    force = DeadForce()
+    for k in np.arange(len(forces_n)).reshape(-1, 2)[:, ::-1].ravel():
+        force.see(k * PERIOD_S, forces_n[k])
+        assert not force.is_dead
+
+
 def test_it_lives_as_soon_as_it_says_something_else() -> None:
     force = DeadForce()
     dead_after(force, told(np.full(300, STEADY_N), 1.5))

@@ -104,6 +104,17 @@ def test_estimates_come_at_the_configured_rate(rate_hz: float, least_period_s: f
     assert np.median(periods_s) == pytest.approx(1.0 / rate_hz, abs=0.015)
 
 
+@pytest.mark.parametrize("rate_hz", [10.0, 25.0])
+def test_frames_that_change_places_give_no_estimate_twice(rate_hz: float) -> None:
+    """Each two of them, however near to the instant at which an estimate is due."""
+    run = recording("dry", "wagon")
+    settings = msgspec.structs.replace(run.settings, output=OutputSettings(rate_hz=rate_hz))
+    even = [frame._replace(time_s=run.frames[0].time_s + k * 0.004) for k, frame in enumerate(run.frames[:8000])]
+    in_order, swapped = play(settings, even), play(settings, [even[k ^ 1] for k in range(len(even))])
+    assert np.diff([estimate.time_s for estimate in swapped]).min() > 0.0
+    assert len(swapped) == pytest.approx(len(in_order), abs=2)
+
+
 def test_rate_zero_gives_an_estimate_for_every_fused_frame() -> None:
     run = recording("dry", "wagon")
     settings = msgspec.structs.replace(run.settings, output=OutputSettings(rate_hz=0.0))

@@ -14,7 +14,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.decoding.time_outs import Passage
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.frame import YEAR_S, Frame
+from brake_monitor.frame import MOST_LATE_S, YEAR_S, Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
@@ -65,6 +65,7 @@ class Pipeline:
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
         self.is_told = False  # whether any mapped value has come yet: before, estimates are but guesses
         self._taken_s = 0.0  # when time last went on
+        self._latest_s = 0.0  # how far it had gone when something was last fused, late frames apart
         self._observed_turn = -1  # number of the last observation period that the rules saw
         self._begun_s: float | None = None  # output periods count from the first mapped frame
         self._given_turn = -1  # number of the last output period that an estimate was given out in
@@ -90,7 +91,8 @@ class Pipeline:
         if samples is None:
             samples = self.decoder.decode_block(block)
         rate_hz, waits = self.settings.output.rate_hz, self.estimator.waits
-        stretches = Stretches(block, samples, self._taken_s, self._begun_s, rate_hz, waits=waits)
+        gone_s = (self._taken_s, self._latest_s)
+        stretches = Stretches(block, samples, *gone_s, self._begun_s, rate_hz=rate_hz, waits=waits)
         passage: Passage | None = None
         frame = place = 0  # the next frame with samples, and the place of what follows the one before
         count = len(stretches.places)
@@ -282,6 +284,9 @@ class Pipeline:
         blind = abs(time_s - self._fused_s) > BLIND_S  # a clock that was set back does not undo a silence
         if not (fused or blind):
             return NOTHING
+        if 0.0 < self._latest_s - time_s <= MOST_LATE_S:  # a frame that came late: no period begins again for it
+            time_s = self._latest_s
+        self._latest_s = time_s
         wanted = gives_estimate and self._is_due(fused, time_s - self._begun_s)
         turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
         if not wanted and turn == self._observed_turn:

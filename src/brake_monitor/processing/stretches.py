@@ -4,8 +4,9 @@ from bisect import bisect_left, bisect_right
 
 import numpy as np
 
-from brake_monitor.arrays import Bools, Ints
+from brake_monitor.arrays import Bools, Floats, Ints
 from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.frame import MOST_LATE_S
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 from brake_monitor.samples import MEASURED
@@ -24,13 +25,15 @@ class Stretches:
         block: FrameBlock,
         samples: SampleBlock,
         taken_s: float,
+        latest_s: float,
         begun_s: float | None,
-        rate_hz: float,
         *,
+        rate_hz: float,
         waits: bool,
     ) -> None:
-        """`taken_s`: when time last went on before the block; `begun_s`: from when periods count, None: from here.
+        """`taken_s`: when time last went on before the block, and `latest_s` how far it had gone, late frames apart.
 
+        `begun_s`: from when periods count, None: from here.
         `waits`: samples wait for others, so that any frame may be the one with which a reading is fused.
         """
         self.places: list[int] = samples.frames.tolist()  # in the block
@@ -43,8 +46,9 @@ class Stretches:
         if begun_s is None:
             is_due[samples.frames[:1]] = True
             begun_s = float(min(block.time_s[is_due][:1], default=0.0))
-        self._observed_turn = np.floor((time_s - begun_s) / OBSERVATION_PERIOD_S)
-        self._given_turn = np.floor((time_s - begun_s) * (rate_hz or 1.0))
+        since_s = _late_ones_apart(time_s, latest_s) - begun_s
+        self._observed_turn = np.floor(since_s / OBSERVATION_PERIOD_S)
+        self._given_turn = np.floor(since_s * (rate_hz or 1.0))
         goes_back = np.diff(time_s, prepend=time_s[:1]) < 0.0
         ends = self.abrupt[:-1] | goes_back | (rate_hz == 0.0)
         self._can_be_last = ~ends
@@ -75,6 +79,18 @@ class Stretches:
     def _given_out_by(self, frame: int, end: int) -> int:
         """Before which frame to stop when something is due from one on: it is given out as soon as one is fused."""
         return min(self._measuring[bisect_left(self._measuring, frame)] + 1, end)
+
+
+def _late_ones_apart(time_s: Floats, latest_s: float) -> Floats:
+    """How far time had gone at each of these frames: one that came late does not put it back, a clock does."""
+    gone_s: Floats = np.maximum.accumulate(np.concatenate(([latest_s], time_s)))[1:]
+    if (gone_s - time_s <= MOST_LATE_S).all():  # the usual case
+        return gone_s
+    gone_s = time_s.copy()
+    for frame, own_s in enumerate(time_s.tolist()):
+        latest_s = latest_s if 0.0 < latest_s - own_s <= MOST_LATE_S else own_s
+        gone_s[frame] = latest_s
+    return gone_s
 
 
 def _due_by_time(block: FrameBlock, samples: SampleBlock, number: Ints, taken_s: float) -> Bools:

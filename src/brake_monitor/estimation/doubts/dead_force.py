@@ -8,6 +8,7 @@ noise goes to and fro between two values at most, where the force happens to lie
 from math import inf
 
 from brake_monitor.estimation.doubts.still_force import moves
+from brake_monitor.frame import MOST_LATE_S
 
 WEIGHT = 0.02  # of the newest reading: the share is over about fifty
 TREMBLES = 0.25  # share of readings that turn back to a third value; noise of half a step makes less, of a step more
@@ -21,6 +22,7 @@ class DeadForce:
     def __init__(self) -> None:
         self.is_dead = False  # the force, above 0, stands still to the last bit, though it trembled before
         self.since_s = inf  # since when it has said the same
+        self._seen_s = -inf
         self._trembles = False
         self._share = 0.0  # of readings that turned back to a third value
         self._value = -inf
@@ -29,7 +31,10 @@ class DeadForce:
         self._repeated = 0
 
     def see(self, time_s: float, pressing_force_n: float) -> None:
-        """Take a pressing force."""
+        """Take a pressing force. One that comes late, after others, goes to and fro by that alone: it says nothing."""
+        if 0.0 < self._seen_s - time_s <= MOST_LATE_S:
+            return
+        self._seen_s = time_s
         if pressing_force_n == self._value and time_s >= self.since_s:
             self._repeated += 1
             self._share -= WEIGHT * self._share

@@ -14,7 +14,7 @@ from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.frozen_forces import ForceReading, FrozenForces
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
-from brake_monitor.monitoring.inputs.speed_bursts import fall_hard
+from brake_monitor.monitoring.inputs.speed_bursts import READINGS, may_be_bursts
 from brake_monitor.monitoring.inputs.speed_falls import FALL_SPAN_S, ROUNDING_S, falls
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed, most_without_jump_mps
 from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS, TURNS, WatchedWheelset
@@ -131,10 +131,8 @@ class _WheelBlock:
         is_odd[1:] |= stands[1:] != stands[:-1]
         before = np.array(wheel.falls.speeds).reshape(-1, 2)
         time_s = np.concatenate((before[:, 0], speeds.time_s))
-        are_hard = fall_hard(time_s, np.concatenate((before[:, 1], rolling_mps)), wheel.hardest_mps2)[len(before) :]
-        is_odd |= are_hard
-        is_odd[1:] |= are_hard[:-1]
-        is_odd[:1] |= wheel.bursts.awaits
+        is_odd |= may_be_bursts(time_s, np.concatenate((before[:, 1], rolling_mps)), wheel.hardest_mps2)[len(before) :]
+        is_odd[:READINGS] |= wheel.bursts.awaits
         self.odd = speeds.places[is_odd]  # it neither turns nor stands with the wagon, falls, or differs from before
         force_time_s = np.concatenate(([wheel.holding.noted_s], forces.time_s))
         self.rises = all(bool((t[1:] >= t[:-1]).all()) for t in (time_s, force_time_s))

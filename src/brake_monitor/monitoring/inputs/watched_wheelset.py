@@ -86,9 +86,11 @@ class WatchedWheelset:
             return
         omega_radps = abs(value)
         self.rolling_mps = rolling_mps = omega_radps * self.radius_m
-        before = self.falls.speeds[-1] if self.falls.speeds and rolling_mps > STANDS * speed_mps else None
-        hardest_mps2 = self.hardest_mps2 * max(self.holding.largest_n / UNTOLD_N, 1.0)
-        self.bursts.see(time_s, rolling_mps, before, hardest_mps2)
+        if self.falls.speeds and rolling_mps > STANDS * speed_mps:
+            hardest_mps2 = self.hardest_mps2 * max(self.holding.largest_n / UNTOLD_N, 1.0)
+            self.bursts.see(self.falls.speeds, (time_s, rolling_mps), hardest_mps2)
+        else:
+            self.bursts.forget()
         self.falls.see(time_s, rolling_mps)
         if time_s < self.stands_since_s < inf:  # the clock was set back
             self.stands_since_s = time_s
