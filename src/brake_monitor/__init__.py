@@ -11,6 +11,9 @@ def __getattr__(name: str) -> str:
     """`__version__`, looked up only when asked for: that takes as long as all other imports here."""
     if name != "__version__":
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
-    from importlib.metadata import version  # noqa: PLC0415 - slow to import
+    from importlib.metadata import PackageNotFoundError, version  # noqa: PLC0415 - slow to import
 
-    return version("brake-monitor")
+    try:
+        return version("brake-monitor")
+    except PackageNotFoundError:  # run from its sources
+        return "(not installed)"

@@ -25,3 +25,10 @@ def test_it_is_told_at_once(option: str) -> None:
     loaded = process.stdout.splitlines()[-1].split()
     assert "brake_monitor.cli" in loaded
     assert not {"numpy", "can", "cantools", "zenoh", "brake_monitor.commands"} & set(loaded)
+
+
+def test_from_its_sources_alone_it_runs_as_well() -> None:
+    absent = "import importlib.metadata as m\ndef absent(name): raise m.PackageNotFoundError(name)\nm.version = absent"
+    told = f"{absent}\nfrom brake_monitor import cli\ncli.main(['--version'])"
+    process = subprocess.run([sys.executable, "-c", told], stdout=subprocess.PIPE, text=True, check=False)
+    assert (process.returncode, process.stdout) == (0, "brake-monitor (not installed)\n")
