@@ -42,6 +42,28 @@ def test_what_is_less_grave_takes_the_place_of_the_graver_only_where_it_is_all_t
     assert (cycle.open.severity, cycle.open.evidence) == (Severity.ALARM, {"force_n": told_n})
 
 
+def test_of_what_lasts_the_weightiest_is_told_whatever_is_left_of_it_in_the_end() -> None:
+    """As a brake drags with less and less force; also when something else is found meanwhile."""
+    cycle = AlarmCycle("dragging_brake", 1, RuleSettings(debounce_s=0.0, clear_s=1.0))
+
+    def told_of(time_s: float, force_n: float, *names: str) -> dict[str, float | str | None]:
+        cycle.see(at(time_s), Finding(Severity.ALARM, "", dict.fromkeys(names, force_n), weight=force_n))
+        assert cycle.open is not None
+        return dict(cycle.open.evidence)
+
+    assert told_of(0, 4e3, "force_n") == {"force_n": 4e3}
+    assert told_of(20, 5e3, "force_n") == {"force_n": 5e3}
+    assert told_of(30, 4.8e3, "force_n") == {"force_n": 4.8e3}  # as much, and newer
+    assert told_of(35, 4.4e3, "force_n") == {"force_n": 4.8e3}
+    assert told_of(40, 2e3, "force_n") == {"force_n": 4.8e3}
+    assert told_of(60, 1e3, "retarding_force_n") == {"retarding_force_n": 1e3}
+    assert told_of(80, 2e3, "force_n") == {"force_n": 2e3}
+    cycle.see(at(100), FINE)
+    cleared = cycle.see(at(102), FINE)
+    assert cleared is not None
+    assert told_of(120, 3e3, "force_n") == {"force_n": 3e3}  # another alarm
+
+
 @pytest.mark.parametrize("by_s", [3600.0, -3600.0])
 def test_a_clock_that_is_set_is_no_time_that_passes(by_s: float) -> None:
     """Debounced for 3 s, of which one has passed, and later cleared after 2 s, of which one has."""

@@ -15,6 +15,7 @@ from brake_monitor.settings.alarm_settings import RuleSettings
 # out of every memory.
 REFRESH_S = 10.0
 REFRESH_SHARE = 0.1
+LIGHTER = 0.9  # of what was told: less is lighter, and no longer noise
 
 
 class AlarmCycle:
@@ -28,6 +29,7 @@ class AlarmCycle:
         self._begun_s = self._given_s = -inf  # since when the open alarm is told of, and when it was given out last
         self._given: Alarm | None = None  # ... as what
         self._latches = True  # the open alarm was, at least once, found beyond doubt
+        self._weight = -inf  # of what is told of it
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
         self.misled_by: MisledBy | None = None  # why estimates err, by the last verdict that says anything
 
@@ -66,7 +68,7 @@ class AlarmCycle:
         self._since_s = min(self._since_s, now.time_s)
         if now.time_s - self._since_s < self._settings.debounce_s:
             return None
-        self._since_s, self._latches = inf, verdict.latches
+        self._since_s, self._latches, self._weight = inf, verdict.latches, verdict.weight
         self._begun_s = self._given_s = now.time_s
         name = self.kind if self.wheelset is None else f"{self.kind}-{self.wheelset}"
         self.open = self._given = Alarm(
@@ -96,9 +98,14 @@ class AlarmCycle:
         return replace(alarm, updated_time_s=now.clock_s, cleared_time_s=now.clock_s)
 
     def _update(self, alarm: Alarm, now: Estimate, finding: Finding) -> Alarm | None:
-        """Keep the newest of what is not less grave than before, or all that is left of it."""
+        """Keep the weightiest of what is not less grave than before, or the newest, or all that is left of it."""
         less_grave = finding.severity.rank < alarm.severity.rank
-        if (finding.is_all or not less_grave) and finding.evidence != alarm.evidence:
+        is_likewise = finding.evidence.keys() == alarm.evidence.keys()
+        lighter = is_likewise and finding.weight < LIGHTER * self._weight
+        graver = finding.severity.rank > alarm.severity.rank
+        is_news = finding.is_all or graver or not (less_grave or lighter)
+        if is_news and finding.evidence != alarm.evidence:
+            self._weight = max(finding.weight, self._weight if is_likewise else -inf)
             self.open = replace(
                 alarm,
                 severity=alarm.severity if less_grave else finding.severity,
@@ -110,7 +117,6 @@ class AlarmCycle:
             return None
         self._begun_s = min(self._begun_s, now.time_s)
         refresh_s = max(REFRESH_S, REFRESH_SHARE * (self._given_s - self._begun_s))
-        graver = finding.severity.rank > alarm.severity.rank
         if not graver and 0.0 <= now.time_s - self._given_s < refresh_s:
             return None
         self._given, self._given_s = self.open, now.time_s

@@ -20,6 +20,7 @@ class Finding(Struct, frozen=True):
     latches: bool = True  # where the rule does; False: it may still prove to be nothing, and then clears by itself
     is_all: bool = False  # it lists all that is wrong now, and takes the place of what was told before, graver or not
     misled_by: MisledBy | None = None  # why estimates err meanwhile, which do not know of it
+    weight: float = 0.0  # of what was found likewise, as the condition lasts, the weightiest is kept, or the newest
 
 
 class Suspicion(Struct, frozen=True):
