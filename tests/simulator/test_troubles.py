@@ -183,13 +183,13 @@ def test_exactly_what_is_wrong_is_due(name: str, expected: set[tuple[str, int | 
 
 
 def test_a_locked_wheelset_is_due_three_seconds_after_it_stopped_turning() -> None:
-    trace = drive("locked").trace
-    for one in due("locked"):
-        if one.kind == "wheelset_not_rotating":
-            assert one.wheelset is not None
-            turns = np.abs(trace.wheelset(one.wheelset - 1, "omega_radps")) * 0.445 > 0.03 * trace.wagon("speed_mps")
-            stopped_s = float(np.argmin(turns)) * TRUTH_STEP_S
-            assert one.by_s == pytest.approx(EPOCH_S + stopped_s + DELAY_S[one.kind], abs=0.02)
+    trace, locked = drive("locked").trace, [one for one in due("locked") if one.kind == "wheelset_not_rotating"]
+    assert locked
+    for one in locked:
+        assert one.wheelset is not None
+        turns = np.abs(trace.wheelset(one.wheelset - 1, "omega_radps")) * 0.445 > 0.03 * trace.wagon("speed_mps")
+        stopped_s = float(np.argmin(turns)) * TRUTH_STEP_S
+        assert one.by_s == pytest.approx(EPOCH_S + stopped_s + DELAY_S[one.kind], abs=0.02)
 
 
 @cache
