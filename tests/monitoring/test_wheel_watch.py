@@ -400,6 +400,26 @@ def test_a_vehicle_speed_that_is_wrong_again_is_believed_as_late_as_the_first_ti
     assert doubted_s[25.0] == pytest.approx(doubted_s[5.0]) == pytest.approx(3.1)
 
 
+@pytest.mark.parametrize(("press_n", "is_found"), [(0.0, True), (20e3, False)])
+def test_a_vehicle_speed_of_another_scale_is_contradicted_where_the_wheelsets_roll_freely(
+    press_n: float, *, is_found: bool
+) -> None:
+    """Under a brake they creep, and may slide together."""
+    wagon, speed_mps, found = vehicle("wagon"), 20.0, []
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(1500):
+        time_s = k / 10
+        told_mps, pressing_n = (0.95 * speed_mps, press_n) if time_s >= 100.0 else (speed_mps, 0.0)
+        omega_radps = speed_mps / radius_m
+        show_all(watch, time_s, told_mps, (omega_radps, omega_radps), pressing_n=pressing_n)
+        own = wheelset(slip=0.0, omega_radps=omega_radps, pressing_force_n=pressing_n)
+        states = watch.judge(estimate(time_s=time_s, speed_mps=told_mps, wheelsets=(own, own)), [True, True])
+        assert watch.speed_is_contradicted is (states == (WheelState.UNKNOWN, WheelState.UNKNOWN))
+        found += [time_s] if watch.speed_is_contradicted else []
+    assert bool(found) is is_found
+    assert not is_found or 100.0 < found[0] < 110.0
+
+
 def states_of_a_wheelset_that_falls(turns_at: Callable[[float], float]) -> list[WheelState]:
     """What is thought of it, ten a second for a minute, where it tells that share of its 20 m/s, and is braked.
 
