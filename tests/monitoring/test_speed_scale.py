@@ -51,7 +51,7 @@ def test_so_it_is_where_a_braking_hides_the_beginning() -> None:
         lambda t, v: v * (0.98 if t >= 100.0 else 1.0),  # satellites and curves do as much
         lambda t, v: v * (0.9 if 100.0 <= t < 104.0 else 1.0),  # for a moment
         lambda t, v: v * 0.9,  # from the beginning: a wrong radius
-        lambda t, v: v * (0.9 if t >= 20.0 else 1.0),  # it was hardly known before
+        lambda t, v: v * (0.9 if t >= 12.0 else 1.0),  # it was hardly known before
     ],
     ids=["two per cent", "for a moment", "always", "early"],
 )
@@ -66,9 +66,32 @@ def test_a_speed_that_lags_while_a_train_gathers_speed_has_no_other_scale() -> N
     )
 
 
+def test_what_it_lags_between_stretches_of_steady_rolling_makes_its_scale_no_less_known() -> None:
+    """By a second, as the wagon is pulled at 0.5 m/s² for 4 s of each 14; from 100 s on it says 5 per cent less."""
+
+    def pulled_s(time_s: float) -> float:
+        turns, since_s = divmod(time_s, 14.0)
+        return turns * 4.0 + max(since_s - 10.0, 0.0)
+
+    found = off_s(
+        lambda t, v: (v - 0.5 * (pulled_s(t) - pulled_s(t - 1.0) if t > 1.0 else 0.0)) * (0.95 if t >= 100.0 else 1.0),
+        until_s=140.0,
+        speed_mps=lambda t: 10.5 + 0.5 * pulled_s(t),
+    )
+    assert found
+    assert found[0] < 130.0
+
+
 @pytest.mark.parametrize("others", [1.0, 0.97])
 def test_one_wheel_speed_that_errs_says_nothing_of_the_vehicles(others: float) -> None:
     assert not off_s(lambda _, v: v, wheels=lambda t: (0.9, others) if t >= 100.0 else (1.0, 1.0))
+
+
+def test_another_scale_that_lasts_for_five_minutes_of_rolling_is_the_usual_one() -> None:
+    """The first one may have been wrong, as of a wagon that departs in snow."""
+    found = off_s(lambda t, v: v * (0.95 if t < 60.0 else 1.0), until_s=600.0)
+    assert 64.0 < found[0] < 70.0
+    assert 355.0 < found[-1] < 375.0
 
 
 @pytest.mark.parametrize(("pause_s", "is_off"), [(600.0, True), (4000.0, False)])

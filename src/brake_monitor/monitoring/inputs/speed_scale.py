@@ -16,8 +16,8 @@ STEADY_MPS2 = 0.15  # ... and while the wagon gains or loses more than that, how
 TREND_S = 3.0
 AVERAGE_S = 1.0
 STEADY_S = 3.0  # so long it has rolled freely and steadily, before it teaches or shows anything
-KNOWN_S = 30.0  # of such rolling, by when the scale is known ...
-MEMORY_S = 300.0  # ... and that is remembered
+KNOWN_S = 15.0  # of such rolling, by when the scale is known, ...
+MEMORY_S = 300.0  # ... that is remembered, and by when another scale is the usual one: the first may have been wrong
 OFF = 0.03  # relative; satellites and curves do less for as long
 ALIKE = 0.01  # the wheelsets beside each other
 SHOWS_S = 5.0
@@ -41,7 +41,7 @@ class SpeedScale:
         """Take the vehicle's speed, those of all wheelsets, and whether these have rolled freely for a while."""
         step_s, self._time_s = time_s - self._time_s, time_s
         if min(speed_mps, *rolling_mps) < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_STEP_S:
-            self._lately, self._steady_s, self._shows_s, self._agrees_s = [], 0.0, 0.0, 0.0
+            self._lately, self._steady_s, self._agrees_s = [], 0.0, 0.0
             return
         if time_s - self._rolled_s > TURNED_S:
             self.is_off, self._known_s = False, 0.0
@@ -60,12 +60,16 @@ class SpeedScale:
         off = [lately - usual for lately, usual in zip(self._lately, self._usual or self._lately, strict=True)]
         most = max(map(abs, off))
         if self._known_s < KNOWN_S:
-            self._known_s = 0.0 if most > OFF else self._known_s  # begin anew: one of both was wrong
+            if most > OFF and self._steady_s >= STEADY_S:  # begin anew: one of both was wrong
+                self._known_s = 0.0
             self._learn(step_s)
             return
         if self.is_off:
             self._agrees_s = self._agrees_s + step_s if most < AGREES else 0.0
-            self.is_off = self._agrees_s < AGREES_S
+            self._shows_s += step_s if self._steady_s >= STEADY_S else 0.0
+            self.is_off = self._agrees_s < AGREES_S and self._shows_s < MEMORY_S
+            if self._shows_s >= MEMORY_S:
+                self._usual, self._known_s = self._lately, KNOWN_S
             return
         shows = self._steady_s >= STEADY_S and min(map(abs, off)) > OFF and max(off) - min(off) < ALIKE
         self._shows_s = self._shows_s + step_s if shows else 0.0
