@@ -80,7 +80,7 @@ class SpeedRatios:
         self.noise_s = [_relative_noise_s(wheelset) for wheelset in now.wheelsets]
         self.lately_s += step_s
         share = max(1.0 - exp(-step_s / AVERAGE_S), step_s / self.lately_s)
-        self.lately = _nearer(self.lately or self.now, self.now, share)
+        self.lately = nearer(self.lately or self.now, self.now, share)
 
     def forget_lately(self) -> None:
         """The vehicle's speed was another one than was thought."""
@@ -117,8 +117,8 @@ class CreepMeter:
         if ratios.now and now.time_s - self._held_s > FREE_AFTER_S:
             self._free_s = min(self._free_s + ratios.step_s, REFERENCE_S)
             share = ratios.step_s / self._free_s
-            self._free = _nearer(self._free or ratios.now, ratios.now, share)
-            self._free_noise_s = _nearer(self._free_noise_s or ratios.noise_s, ratios.noise_s, share)
+            self._free = nearer(self._free or ratios.now, ratios.now, share)
+            self._free_noise_s = nearer(self._free_noise_s or ratios.noise_s, ratios.noise_s, share)
             self._see_common(ratios)
 
     def _see_common(self, ratios: SpeedRatios) -> None:
@@ -155,5 +155,6 @@ def _relative_noise_s(wheelset: WheelsetEstimate) -> float:
     return wheelset.omega_noise / (turns_radps * turns_radps) if turns_radps else 0.0
 
 
-def _nearer(before: list[float], target: list[float], share: float) -> list[float]:
+def nearer(before: Sequence[float], target: Sequence[float], share: float) -> list[float]:
+    """Means that go on to their target by this share of the way."""
     return [a + (target[i] - a) * share for i, a in enumerate(before)]

@@ -10,6 +10,7 @@ from math import inf, log
 from statistics import fmean
 
 from brake_monitor.estimation.estimate import LONGEST_STEP_S
+from brake_monitor.monitoring.creep_meter import nearer
 
 LEAST_SPEED_MPS = 10.0  # below it noise counts too much, ...
 STEADY_MPS2 = 0.15  # ... and while the wagon gains or loses more than that, how much the speed lags
@@ -51,7 +52,7 @@ class SpeedScale:
         if not self._lately:
             self._trend_mps, self._lately = mean_mps, now
         self._trend_mps += (mean_mps - self._trend_mps) * min(step_s / TREND_S, 1.0)
-        self._lately = _nearer(self._lately, now, min(step_s / AVERAGE_S, 1.0))
+        self._lately = nearer(self._lately, now, min(step_s / AVERAGE_S, 1.0))
         is_steady = is_free and abs(mean_mps - self._trend_mps) < STEADY_MPS2 * TREND_S
         self._steady_s = self._steady_s + step_s if is_steady else 0.0
         self._judge(step_s)
@@ -81,8 +82,4 @@ class SpeedScale:
     def _learn(self, step_s: float) -> None:
         if self._steady_s >= STEADY_S:
             self._known_s = min(self._known_s + step_s, MEMORY_S)
-            self._usual = _nearer(self._usual or self._lately, self._lately, step_s / self._known_s)
-
-
-def _nearer(before: Sequence[float], target: Sequence[float], share: float) -> list[float]:
-    return [old + (new - old) * share for old, new in zip(before, target, strict=True)]
+            self._usual = nearer(self._usual or self._lately, self._lately, step_s / self._known_s)
