@@ -1,4 +1,4 @@
-"""How often an alarm that stands is told of."""
+"""The life of an alarm: what it tells while it stands, how often, and when it is over."""
 
 from collections.abc import Callable
 from itertools import pairwise
@@ -163,3 +163,47 @@ def test_what_is_suspected_doubts_the_estimates_and_neither_raises_nor_clears() 
     assert cycle.misled_by is MisledBy.SILENT
     cycle.see(at(30), FINE)
     assert cycle.misled_by is None
+
+
+def _raised(cycle: AlarmCycle, gone_s: float, *, rounds: int) -> int:
+    """How often it is raised where its condition is there for 6 s and gone for so long, again and again."""
+    count = 0
+    for second in range(int(rounds * (6 + gone_s))):
+        is_there = second % (6 + gone_s) < 6
+        alarm = cycle.see(at(second), Finding(Severity.WARNING, "Lost.", {}) if is_there else FINE)
+        count += alarm is not None and alarm.cleared_time_s is None
+    return count
+
+
+@pytest.mark.parametrize(("gone_s", "most"), [(11, 4), (30, 5), (55, 6)])
+def test_a_condition_that_comes_and_goes_is_one_alarm_and_not_one_each_time(gone_s: float, most: int) -> None:
+    """2 s, then 4, 8, ... until the condition is never gone for long enough."""
+    settings = RuleSettings(debounce_s=1.0, clear_s=2.0)
+    cycle = AlarmCycle("input_lost", None, settings)
+    assert _raised(cycle, gone_s, rounds=40) == most
+    assert cycle.open is not None
+    for second in range(10_000, 10_000 + 128 + 1):
+        cycle.see(at(second), FINE)
+    assert cycle.open is None
+    assert _raised(AlarmCycle("slide", 1, settings, is_event=True), gone_s, rounds=40) == 40
+
+
+def test_what_comes_back_after_a_long_time_is_new_and_over_as_soon_as_ever() -> None:
+    cycle = AlarmCycle("input_lost", None, RuleSettings(debounce_s=1.0, clear_s=2.0))
+    assert _raised(cycle, 64, rounds=40) == 40
+
+
+@pytest.mark.parametrize(("clear_s", "longest_s"), [(100.0, 600.0), (900.0, 900.0)])
+def test_however_often_it_comes_back_it_is_over_after_ten_minutes_or_what_was_set(
+    clear_s: float, longest_s: float
+) -> None:
+    cycle = AlarmCycle("input_lost", None, RuleSettings(debounce_s=0.0, clear_s=clear_s))
+    second = 0
+    for _ in range(6):
+        cycle.see(at(second), Finding(Severity.WARNING, "Lost.", {}))
+        assert cycle.open is not None
+        began = second
+        while cycle.open is not None:
+            second += 1
+            cycle.see(at(second), FINE)
+    assert second - began == longest_s + 1

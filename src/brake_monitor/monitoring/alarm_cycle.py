@@ -17,14 +17,23 @@ REFRESH_S = 10.0
 REFRESH_SHARE = 0.1
 LIGHTER = 0.9  # of what was told: less is lighter, and no longer noise
 
+# A condition that comes and goes is one alarm: each time it is raised again soon after it was cleared it must be gone
+# for twice as long as before.
+SOON_S = 60.0
+LONGEST_CLEAR_S = 600.0
+
 
 class AlarmCycle:
     """One kind of alarm, of one wheelset or of the wagon."""
 
-    def __init__(self, kind: str, wheelset: int | None, settings: RuleSettings) -> None:
+    def __init__(self, kind: str, wheelset: int | None, settings: RuleSettings, *, is_event: bool = False) -> None:
+        """`is_event`: each time it is raised is an event of its own, however soon one follows the other."""
         self.kind = kind
         self.wheelset = wheelset
         self._settings = settings
+        self._is_event = is_event
+        self._cleared_s = -inf
+        self._clear_s = settings.clear_s  # how long the condition must be gone
         self._since_s = inf  # since when the condition is there (while none is open) or gone (while one is)
         self._begun_s = self._given_s = -inf  # since when the open alarm is told of, and when it was given out last
         self._given: Alarm | None = None  # ... as what
@@ -70,6 +79,8 @@ class AlarmCycle:
             return None
         self._since_s, self._latches, self._weight = inf, verdict.latches, verdict.weight
         self._begun_s = self._given_s = now.time_s
+        comes_back = now.time_s - self._cleared_s < SOON_S and not self._is_event
+        self._clear_s = self._longer_clear_s() if comes_back else self._settings.clear_s
         name = self.kind if self.wheelset is None else f"{self.kind}-{self.wheelset}"
         self.open = self._given = Alarm(
             id=f"{name}-{round(now.clock_s * 1000)}",
@@ -92,10 +103,13 @@ class AlarmCycle:
             return self._update(alarm, now, verdict)
         self._since_s = min(self._since_s, now.time_s)
         waits = self._settings.latched and self._latches and alarm.acknowledged_time_s is None
-        if waits or now.time_s - self._since_s < self._settings.clear_s:
+        if waits or now.time_s - self._since_s < self._clear_s:
             return None
-        self._since_s, self.open = inf, None
+        self._since_s, self.open, self._cleared_s = inf, None, now.time_s
         return replace(alarm, updated_time_s=now.clock_s, cleared_time_s=now.clock_s)
+
+    def _longer_clear_s(self) -> float:
+        return max(self._settings.clear_s, min(2.0 * self._clear_s, LONGEST_CLEAR_S))
 
     def _update(self, alarm: Alarm, now: Estimate, finding: Finding) -> Alarm | None:
         """Keep the weightiest of what is not less grave than before, or the newest, or all that is left of it."""

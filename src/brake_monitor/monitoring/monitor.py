@@ -18,7 +18,8 @@ class _WatchedRule:
     def __init__(self, rule: Rule) -> None:
         self._rule = rule
         self.judge = rule.judge
-        self.cycles = tuple(AlarmCycle(rule.kind, wheelset, rule.settings) for wheelset in rule.wheelsets)
+        kind, settings, is_event = rule.kind, rule.settings, isinstance(rule, EventRule)
+        self.cycles = tuple(AlarmCycle(kind, wheelset, settings, is_event=is_event) for wheelset in rule.wheelsets)
         self.quiet: tuple[Verdict, ...] = ()  # verdicts that left no alarm open or about to be raised
 
     def go_on(self, now: Estimate, verdicts: tuple[Verdict, ...]) -> list[Alarm]:
