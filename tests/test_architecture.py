@@ -43,7 +43,7 @@ LAYERS = {
         within(
             "decoding",
             "decode_counts j1939 matching rolling_counter qualifier mapped_signal ordinary_frame sample_block "
-            "signal_table time_outs routing message_decoder block_decoder signals",
+            "signal_table time_outs routing message_decoder block_decoder run_out pole_wheel signals",
         ),
         "words settings dbc",
     ),

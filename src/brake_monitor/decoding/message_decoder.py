@@ -9,7 +9,7 @@ from brake_monitor.decoding.routing import Route
 from brake_monitor.decoding.signal_field import Presence
 from brake_monitor.decoding.signal_table import fits_table
 from brake_monitor.frame import Frame
-from brake_monitor.samples import Quality, Sample
+from brake_monitor.samples import Quality, Quantity, Sample
 
 
 class MessageDecoder:
@@ -22,6 +22,7 @@ class MessageDecoder:
         self.channels = channels
         self.length = route.message.length  # bytes
         self.counter = route.counter
+        self.tells_wheel_speeds = any(entry.channel.quantity is Quantity.AXLE_SPEED for entry in route.entries)
         self._counts = counts
         self._ordinary = ordinary_frame(route.entries, route.message.length)
         fields = [entry.field for entry in route.entries]

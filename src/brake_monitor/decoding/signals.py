@@ -11,6 +11,7 @@ from brake_monitor.decoding.decode_counts import DecodeCounts
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.matching import Matching
 from brake_monitor.decoding.message_decoder import MessageDecoder
+from brake_monitor.decoding.pole_wheel import PoleWheel
 from brake_monitor.decoding.routing import build_routes, doubles
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.time_outs import Passage, TimeOuts
@@ -53,6 +54,11 @@ class SignalDecoder:
             MessageDecoder(route, [self.channels.index(entry.channel) for entry in route.entries], self.counts)
             for route in built
         )
+        self.pole_wheels = {
+            channel.measurand: PoleWheel(channel.noise_std)
+            for channel in self.channels
+            if channel.quantity is Quantity.AXLE_SPEED
+        }
         self._blocks = BlockDecoder(self._messages, self.counts)
         self.matchings: tuple[Matching, ...] = tuple(message.matching for message in self._messages)
         self._by_id: dict[Identifier, MessageDecoder] = {}
@@ -79,7 +85,8 @@ class SignalDecoder:
         key = (bus, extended, can_id)
         message = self._by_id.get(key) or self._message_by_pgn(key)
         if message is not None:
-            return message.decode(frame)
+            samples = message.decode(frame)
+            return self._true(samples) if message.tells_wheel_speeds else samples
         self.counts.frames += 1
         self.counts.unmapped += 1
         if key in self._other_width:
@@ -101,7 +108,11 @@ class SignalDecoder:
                 number[odd] = _NO_DATA
                 self._count_kind(frame.kind)
         self.pass_over(block.identified(number == _UNMAPPED))
-        return SampleBlock.of(self.channels, block.time_s, self._blocks.decode(block, number))
+        samples = SampleBlock.of(self.channels, block.time_s, self._blocks.decode(block, number))
+        for (quantity, wheelset), pole_wheel in self.pole_wheels.items():
+            told = samples.good(quantity, wheelset)
+            samples.value[told.places] = list(map(pole_wheel.true, told.time_s.tolist(), told.value.tolist()))
+        return samples
 
     def pass_over(self, unmapped: Mapping[Identifier, int]) -> None:
         """Count data frames that are not mapped, given by identifier, as `decode` does of each."""
@@ -138,6 +149,15 @@ class SignalDecoder:
     def _message_by_pgn(self, key: Identifier) -> MessageDecoder | None:
         bus, extended, can_id = key
         return self._by_pgn.get((bus, pgn_bits(can_id))) if extended and self._by_pgn else None
+
+    def _true(self, samples: list[Sample]) -> list[Sample]:
+        """The same, wheel speeds without what their pole wheels add."""
+        return [
+            sample._replace(value=self.pole_wheels[sample.measurand].true(sample.time_s, sample.value))
+            if sample.quantity is Quantity.AXLE_SPEED and sample.quality is Quality.GOOD
+            else sample
+            for sample in samples
+        ]
 
     def _count_kind(self, kind: FrameKind) -> None:
         self.counts.frames += 1
