@@ -416,6 +416,19 @@ def test_a_wheel_speed_that_becomes_biased_while_braking_looks_like_slip() -> No
     assert all(abs(e.wheelsets[0].slip) < 0.03 for e in judged.during(4.0).told)
 
 
+@pytest.mark.parametrize("share", [0.001, 0.003])
+@pytest.mark.parametrize("scenario", [DRY, SLIDE], ids=lambda scenario: scenario.name)
+def test_pole_wheels_that_run_out_do_no_harm_once_that_is_learned(scenario: Scenario, share: float) -> None:
+    """Without what takes the run-out away adhesion errs two to ten times as much, and is hardly ever `valid`."""
+    sound, uneven = (drive(scenario, Modifiers(run_out=some)) for some in (0.0, share))
+    judged = [Judged.of(recording, play(example_settings("wagon"), recording.frames)) for recording in (sound, uneven)]
+    judged[1].assert_sound()
+    judged[1].assert_honest()
+    reference, own = (each.during(5.0) for each in judged)
+    assert own.rmse < 1.1 * reference.rmse
+    assert np.mean([e.status is Status.VALID for e in own.told]) > 0.98
+
+
 def test_a_biased_pressing_force_is_put_down_to_friction() -> None:
     """Only the product of force and friction brakes (10): a tenth more force is a tenth less friction, for anybody."""
     judged = through(SLIDE, biased("pressing force", 1.10))

@@ -174,6 +174,22 @@ def test_counters_advance_by_one_and_show_what_was_lost() -> None:
     assert np.max(steps_seen) > 1
 
 
+def test_a_pole_wheel_that_runs_out_tells_too_much_and_too_little_once_a_revolution() -> None:
+    """And nothing else changes: not the truth, not what the other sensors say."""
+    share = 0.01
+    sound, uneven = (run(SHORT, settings("wagon"), seed=5, modifiers=Modifiers(run_out=r)) for r in (0.0, share))
+    assert np.array_equal(sound.trace.values, uneven.trace.values)
+    for message, signal in (("GNSS", "v_ground"), ("BCU", "p_A")):
+        assert np.array_equal(decoded(sound, message, signal), decoded(uneven, message, signal))
+    time_s, speed_kmh = decoded(sound, "WSP", "n_A")
+    relative = decoded(uneven, "WSP", "n_A")[1] / speed_kmh - 1.0
+    rolls = time_s < 1.0  # at 20 m/s
+    turns = np.count_nonzero((relative[rolls][1:] > 0.0) & (relative[rolls][:-1] <= 0.0))
+    assert turns == pytest.approx(20.0 / (2.0 * np.pi * sound.settings.vehicle.wheel_radius_m[0]), abs=1.0)
+    assert np.max(np.abs(relative[rolls])) == pytest.approx(share, rel=0.05)
+    assert np.mean(relative[rolls]) == pytest.approx(0.0, abs=0.1 * share)
+
+
 def test_pages_of_a_multiplexed_message_take_turns() -> None:
     pages = decoded(run(SHORT, settings("wagon"), seed=5), "BCU_Status", "Status_page")[1]
     assert pages[:6].tolist() == [0, 1, 2, 0, 1, 2]

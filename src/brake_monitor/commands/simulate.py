@@ -109,6 +109,14 @@ def add_options(parser: ArgumentParser) -> None:
         "--wheel-factor", type=_between(0.8, 1.2), default=1.0, metavar="F", help="true over configured wheel radius"
     )
     truth.add_argument(
+        "--run-out",
+        type=_between(0.0, 0.05),
+        default=0.0,
+        metavar="SHARE",
+        help="eccentricity of the pole wheels over the radius of their teeth: wheel speeds tell as much too high and "
+        "too low once a revolution",
+    )
+    truth.add_argument(
         "--frame-loss", type=_between(0.0, 0.99), default=0.0, metavar="SHARE", help="frames that never arrive, 0..1"
     )
     truth.add_argument("--no-slide-protection", action="store_true", help="a goods wagon: its wheels may lock")
@@ -207,6 +215,7 @@ def _modifiers(options: Namespace) -> Modifiers:
         mass_factor=options.mass_factor,
         wheel_radius_factor=(options.wheel_factor,),
         motors=Motors(options.motors, (options.motors_fade or FADE_KMH) / 3.6) if options.motors else None,
+        run_out=options.run_out,
         frame_loss=options.frame_loss,
         slide_protection=not options.no_slide_protection,
     )

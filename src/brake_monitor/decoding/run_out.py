@@ -22,7 +22,8 @@ SHARE_WALK = 1e-5
 PHASE_WALK_RAD = 0.1  # a sensor that lags tells by an angle later that depends on the speed
 RATIO_WALK = 3e-4
 
-SURE_SIGMAS = 4.0
+SURE_SIGMAS = 4.0  # it is ...
+STILL_SURE_SIGMAS = 2.0  # ... and stays so while nothing new is learned, as in a slide
 NONE_SHARE = 3e-4  # 0.03 km/h at 100 km/h: less than most noise
 UNKNOWNS = 5  # of a look
 
@@ -77,7 +78,8 @@ class RunOut:
         self._state[2] = min(max(self._state[2], -LARGEST_RATIO), LARGEST_RATIO)
         self.cos_share, self.sin_share, self.ratio = self._state.tolist()
         share_std = sqrt(0.5 * (self._covariance[0, 0] + self._covariance[1, 1]))
-        self.is_sure = SURE_SIGMAS * share_std < self.share < LARGEST_SHARE
+        needed = STILL_SURE_SIGMAS if self.is_sure else SURE_SIGMAS
+        self.is_sure = needed * share_std < self.share < LARGEST_SHARE
         self.is_none = self.share + SURE_SIGMAS * share_std < NONE_SHARE
 
 
@@ -86,7 +88,7 @@ def _of_stretch(
 ) -> tuple[Floats, Floats]:
     """(a, b) of a stretch by least squares beside a speed that changes as a parabola, and their covariance.
 
-    What no parabola and no turn explains, as in a slide, makes them as doubtful.
+    What no parabola and no turn explains, as in a slide, is no noise of single readings: it counts by its square.
     """
     mean_radps = speed_radps.mean()
     place = 2.0 * (time_s - time_s[0]) / (time_s[-1] - time_s[0]) - 1.0
@@ -95,5 +97,6 @@ def _of_stretch(
     relative = speed_radps / mean_radps - 1.0
     found = inverse @ (design.T @ relative)
     left = relative - design @ found
-    variance = max(left @ left / (len(left) - UNKNOWNS), (noise_std_radps / mean_radps) ** 2)
-    return found[3:], variance * inverse[3:, 3:]
+    noise = (noise_std_radps / mean_radps) ** 2
+    variance = max(left @ left / (len(left) - UNKNOWNS), noise)
+    return found[3:], variance / noise * variance * inverse[3:, 3:]

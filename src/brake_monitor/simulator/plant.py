@@ -41,6 +41,7 @@ class Modifiers:
     wheel_radius_factor: tuple[float, ...] = (1.0,)  # one for all wheelsets or one each
     slide_protection: bool = True  # goods wagons often have none: then a wheelset may lock and be dragged
     motors: Motors | None = None  # they drive the wagon, and brake before their pads do
+    run_out: float = 0.0  # of all pole wheels: eccentricity over the radius on which their teeth are read
     frame_loss: float = 0.0  # fraction of frames that never arrive
     brake_faults: tuple[BrakeFault, ...] = ()
     sensor_faults: tuple[SensorFault, ...] = ()

@@ -16,10 +16,14 @@ METRES_PER_DEGREE = 111_320.0  # the track runs due north
 
 
 class Sensors:
-    """Reads a trace at any time; `mass_kg` is the true one."""
+    """Reads a trace at any time; `mass_kg` is the true one.
 
-    def __init__(self, trace: Trace, gears: tuple[BrakeGear, ...], mass_kg: float) -> None:
+    `run_out` is the eccentricity of pole wheels over the radius on which they are read.
+    """
+
+    def __init__(self, trace: Trace, gears: tuple[BrakeGear, ...], mass_kg: float, run_out: float = 0.0) -> None:
         self._trace = trace
+        self._run_out = run_out
         self._gears = gears
         self._weight_n = mass_kg * GRAVITY_MPS2
 
@@ -35,7 +39,8 @@ class Sensors:
         if quantity in WAGON_COLUMN:
             return trace.wagon(WAGON_COLUMN[quantity])
         if quantity in WHEELSET_COLUMN:
-            return trace.wheelset(place, WHEELSET_COLUMN[quantity])
+            column = trace.wheelset(place, WHEELSET_COLUMN[quantity])
+            return self._by_pole_wheel(place, column) if quantity == "axle_speed" else column
         match quantity:
             case "pressing_force":
                 return self._force(place)
@@ -45,6 +50,12 @@ class Sensors:
                 return ORIGIN_LATITUDE_DEG + trace.wagon("position_m") / METRES_PER_DEGREE
         constants = {"load_force": self._weight_n / places, "longitude": ORIGIN_LONGITUDE_DEG}
         return np.full(len(trace.values), constants[quantity])
+
+    def _by_pole_wheel(self, wheelset: int, speed_radps: Floats) -> Floats:
+        """Teeth that are farther out pass more quickly, once a revolution; each pole wheel stands as it happens to."""
+        angle_rad = wheelset + np.cumsum(speed_radps) * self._trace.step_s
+        told: Floats = speed_radps * (1.0 + self._run_out * np.cos(angle_rad))
+        return told
 
     def _force(self, wheelset: int) -> Floats:
         """What the cylinder pressure stands for: below the spring's force it is negative and the pad does not press."""

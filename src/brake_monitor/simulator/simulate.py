@@ -65,7 +65,7 @@ class Recording:
     def frames(self) -> list[Frame]:
         """What the bus carried, in order of time."""
         mass_kg = self.settings.vehicle.mass_kg * self.modifiers.mass_factor
-        sensors = Sensors(self.trace, self.gears, mass_kg)
+        sensors = Sensors(self.trace, self.gears, mass_kg, self.modifiers.run_out)
         frames = encode(
             self.settings,
             sensors,

@@ -50,6 +50,7 @@ CONDITIONS: Mapping[str, Condition] = {
     "line": Condition("unknown line: gradients and curves that change", line=somewhere_on_a_line),
     "undulating": Condition("unknown line that undulates as the filter believes", line=_as_believed),
     "worn_wheel": Condition("leading wheel 2 % smaller", leading_wheel_factor=WORN),
+    "run_out": Condition("pole wheels that run out by 0.2 %", Modifiers(run_out=0.002)),
     "frame_loss": Condition("20 % of the frames lost", Modifiers(frame_loss=0.2)),
     "heavier": Condition("10 % heavier than configured", Modifiers(mass_factor=1.1)),
     "lighter": Condition("10 % lighter than configured", Modifiers(mass_factor=0.9)),
@@ -134,6 +135,7 @@ LIMITS: Mapping[str, Limits] = {
     # Three deviations are exceeded by chance as well, and friction's errors last.
     "undulating": Limits(0.003, None, LARGE_ERROR_S, 0.020, (0.90, 0.99)),
     "worn_wheel": _limits(0.003, None),
+    "run_out": _limits(0.003, None),
     "frame_loss": _limits(0.003, None),
     "heavier": _limits(0.004, None),
     "lighter": _limits(0.004, None),

@@ -51,10 +51,10 @@ class Task(Struct, frozen=True):
         first = self.cases[0]
         recording = drive(first.driven(self.seed), first.vehicle, _of_the_plant(first), self.seed)
         found: dict[Case, Series] = {}
-        for loss, some in groupby(self.cases, key=lambda case: case.modifiers.frame_loss):
-            lossy = replace(recording, modifiers=replace(recording.modifiers, frame_loss=loss)) if loss else recording
-            samples = _samples(lossy)
-            found |= {case: _estimate(lossy, samples, case.variant) for case in some}
+        for modifiers, some in groupby(self.cases, key=lambda case: case.modifiers):
+            told = replace(recording, modifiers=modifiers)
+            samples = _samples(told)
+            found |= {case: _estimate(told, samples, case.variant) for case in some}
         return found
 
 
@@ -86,5 +86,5 @@ def _samples(recording: Recording) -> SampleBlock:
 
 
 def _of_the_plant(case: Case) -> Modifiers:
-    """The modifiers without what happens to frames on their way."""
-    return replace(case.modifiers, frame_loss=0.0)
+    """The modifiers without what sensors make of it, and what happens to frames on their way."""
+    return replace(case.modifiers, run_out=0.0, frame_loss=0.0)
