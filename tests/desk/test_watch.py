@@ -181,6 +181,14 @@ def words(text: str) -> str:
     return " ".join(text.replace("│", " ").split())
 
 
+@pytest.mark.parametrize("wagons", [0, 1, 3])
+def test_hardly_any_room_is_no_failure(wagons: int) -> None:
+    """A window that was drawn small; rich itself needs two columns for a frame."""
+    for width in range(2, 45):
+        for height in (1, 5, 24):
+            drawn(fleet(wagons), width=width, height=height)
+
+
 @pytest.mark.parametrize("width", [60, 100])
 def test_what_an_alarm_says_is_wrapped_where_lines_are_free(width: int) -> None:
     text = drawn(alarmed(2), width=width)

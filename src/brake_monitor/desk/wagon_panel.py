@@ -87,7 +87,7 @@ def _append_adhesion(text: Text, wagon: Wagon, message: AdhesionMessage, width: 
     now = moment_of(message)
     std = value_of(message.adhesion_std)
     top = scale_top([*(moment.adhesion for moment in wagon.history if moment), now.adhesion + std])
-    room = width - 20
+    room = max(width - 20, 1)
     rail = style(LEVEL_STYLE[wagon.level])
     text.append(f"{number(value_of(message.speed_mps) * 3.6, 1)} km/h   ", style=style("bold"))
     text.append(", ".join((message.status, *message.reasons)), style=style(STATUS_STYLE[message.status]))
