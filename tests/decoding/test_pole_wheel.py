@@ -143,6 +143,19 @@ def test_a_frame_that_comes_twice_or_late_is_no_turn() -> None:
     assert rms((twice[:, 3] - speed_radps[::2])[time_s[::2] > LEARNT_S]) < 1.1 * NOISE_STD_RADPS
 
 
+@pytest.mark.parametrize("spike_radps", [150.0, 1e300, float("inf"), float("nan")])
+def test_after_a_spike_it_is_learned_anew(spike_radps: float) -> None:
+    """The wheel did not turn on by that."""
+    time_s, speed_radps = rolling(60.0)
+    readings = told(time_s, speed_radps, share=0.004)
+    readings[1500] = spike_radps
+    found = true(time_s, readings)
+    later = time_s > 33.0
+    assert rms((found - speed_radps)[later]) < 1.1 * NOISE_STD_RADPS
+    soon = (time_s > 30.0) & (time_s < 33.0)
+    assert rms((found - speed_radps)[soon]) <= rms((readings - speed_radps)[soon])
+
+
 @pytest.fixture(scope="module")
 def recording() -> Recording:
     return drive(SLIDE, Modifiers(run_out=0.003))

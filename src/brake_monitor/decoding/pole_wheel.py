@@ -9,6 +9,7 @@ from brake_monitor.frame import MOST_LATE_S
 
 LEAST_RADPS = 4.0  # 6 km/h: below, many sensors cut out, and the angle is lost
 LONGEST_GAP_S = 0.5  # what a wheelset does meanwhile leaves the angle known
+JUMP_RADPS = 20.0  # from reading to reading: a spike, or a sensor that was away
 MOST_TURN_RAD = 2.5  # from reading to reading, on average: with less than two and a half a turn they tell of no turn
 READINGS = 24  # ... and ...
 TURNED_RAD = 6.0 * pi  # ... so far: long enough for a look, and short enough for a ratio that is not known yet
@@ -35,13 +36,14 @@ class PoleWheel:
         step_s = time_s - self._time_s
         if -MOST_LATE_S <= step_s <= 0.0:  # a frame that came late, or once more
             return self._without_run_out(self._angle_rad + speed_radps * step_s, speed_radps)
-        turned_rad = 0.5 * (self._speed_radps + speed_radps) * step_s * (1.0 + self.run_out.ratio)
-        self._time_s, self._speed_radps = time_s, speed_radps
-        if not 0.0 < step_s <= LONGEST_GAP_S or not abs(speed_radps) >= LEAST_RADPS:
+        before_radps, self._time_s, self._speed_radps = self._speed_radps, time_s, speed_radps
+        goes_on = 0.0 < step_s <= LONGEST_GAP_S and abs(speed_radps - before_radps) <= JUMP_RADPS
+        if not goes_on or abs(speed_radps) < LEAST_RADPS:
             if self._knows_angle:
                 self._lose_angle()
             return speed_radps
         self._knows_angle = True
+        turned_rad = 0.5 * (before_radps + speed_radps) * step_s * (1.0 + self.run_out.ratio)
         self._angle_rad = angle_rad = self._angle_rad + turned_rad
         if time_s >= self._rests_until_s:
             self._times_s.append(time_s)
