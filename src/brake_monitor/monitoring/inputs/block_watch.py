@@ -11,13 +11,14 @@ import numpy as np
 
 from brake_monitor.arrays import Floats, Ints
 from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
+from brake_monitor.monitoring.inputs.descent import ROLLS
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.frozen_forces import ForceReading, FrozenForces
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
 from brake_monitor.monitoring.inputs.speed_bursts import READINGS, may_be_bursts
 from brake_monitor.monitoring.inputs.speed_falls import FALL_SPAN_S, ROUNDING_S, falls
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed, most_without_jump_mps
-from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS, TURNS, WatchedWheelset
+from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS, WatchedWheelset
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.samples import Quantity
 
@@ -126,7 +127,7 @@ class _WheelBlock:
         rolling_mps = omega_radps * wheel.radius_m
         vehicle_mps = vehicle.before(speeds.places)
         stands = vehicle_mps < STANDSTILL_MPS
-        turns = (vehicle_mps >= STANDSTILL_MPS) & (rolling_mps > TURNS * vehicle_mps)
+        turns = (vehicle_mps >= STANDSTILL_MPS) & (rolling_mps > ROLLS * vehicle_mps)
         is_odd = ~(stands | turns)
         is_odd[1:] |= stands[1:] != stands[:-1]
         before = np.array(wheel.falls.speeds).reshape(-1, 2)

@@ -2,7 +2,8 @@
 
 A wheelset that is stopped while the wagon moves is the gravest thing there is to see, and a wheel-speed sensor that
 has died reads the same. How it came to stop tells most of it: brake torque takes some tenths of a second to stop a
-wheelset, at most mu_b F r_B / J; a sensor falls from one reading to the next, also with no pad pressing.
+wheelset, at most mu_b F r_B / J; a sensor falls from one reading to the next, also with no pad pressing. One that falls
+slowly and evenly has mass, whatever its brake says (`Descent`).
 """
 
 from enum import StrEnum
@@ -10,6 +11,7 @@ from math import inf
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
+from brake_monitor.monitoring.inputs.descent import ROLLS, Descent
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
 from brake_monitor.monitoring.inputs.speed_bursts import SpeedBursts
 from brake_monitor.monitoring.inputs.speed_falls import SpeedFalls
@@ -47,7 +49,7 @@ class Origin(StrEnum):
 
     UNSEEN = "unseen"  # it stood when the recording began
     STOOD = "stood"  # it has not turned since the wagon stood
-    STOPPED = "stopped"  # as a brake stops it
+    STOPPED = "stopped"  # as a brake stops it, or a bearing that seizes
     DROPPED = "dropped"  # as nothing but a sensor falls
 
 
@@ -62,6 +64,7 @@ class WatchedWheelset:
         self.holding = HoldingForce(vehicle, i, contact_force_n)
         self.falls = SpeedFalls()
         self.bursts = SpeedBursts()
+        self.descent = Descent()
         self.hardest_mps2 = self._stop_radps2_per_n * UNTOLD_N * self.radius_m  # by which any brake may slow it down
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._has_rolled = False
@@ -101,6 +104,10 @@ class WatchedWheelset:
             if rolling_mps > STANDSTILL_MPS:
                 self.turn_on(time_s, omega_radps, rolling_mps)
             return
+        if rolling_mps > ROLLS * speed_mps:
+            self.descent.rolls(time_s)
+        else:
+            self.descent.see(time_s, rolling_mps / speed_mps)
         if rolling_mps > TURNS_AGAIN * speed_mps:
             self.stands_since_s, self.decided = inf, None
         if rolling_mps > TURNS * speed_mps:
@@ -129,6 +136,7 @@ class WatchedWheelset:
 
     def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float) -> None:
         """Take several speeds together at which it turns beyond doubt, of which this is the last."""
+        self.descent.rolls(time_s)
         self.rolling_mps, self._turned = rolling_mps, (time_s, omega_radps)
         self._wagon_stood, self.stands_since_s, self.decided = False, inf, None
 
@@ -188,4 +196,4 @@ class WatchedWheelset:
         fall_radps2 = (turned_radps - omega_radps) / max(time_s - turned_s, SHORTEST_FALL_S)
         force_n = self.holding.largest_n
         possible = fall_radps2 <= self._stop_radps2_per_n * force_n and force_n >= self.holding.least_n
-        return Origin.STOPPED if possible else Origin.DROPPED
+        return Origin.STOPPED if possible or self.descent.is_a_wheels(time_s) else Origin.DROPPED

@@ -169,7 +169,7 @@ def _blocked(i: int, now: Estimate) -> Finding:
     return Finding(
         Severity.ALARM,
         f"The brake of wheelset {i + 1} does not let it turn, though its pressing force says released, at "
-        f"{now.speed_mps * 3.6:.0f} km/h: its hand brake is on, or its pads stick.",
+        f"{now.speed_mps * 3.6:.0f} km/h: its hand brake is on, its pads stick, or a bearing or gear has seized.",
         {"pressing_force_n": now.wheelsets[i].pressing_force_n, "speed_mps": now.speed_mps},
         misled_by=MisledBy.DRAG,
     )
