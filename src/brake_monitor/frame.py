@@ -6,6 +6,7 @@ from typing import NamedTuple, TypedDict
 LARGEST_ID, LARGEST_EXTENDED_ID = 0x7FF, 0x1FFFFFFF  # 11 and 29 bits
 CLASSIC_LENGTH = 8  # bytes; a frame with more is CAN FD
 MOST_LATE_S = 0.05  # captured as much before others that came, a frame is late and still used; else time went back
+CLOCK_STEP_S = 1.0  # older than what came before it by more: the clock was set back
 YEAR_S = 365.25 * 86400.0  # no bus or recorder pauses for so long: where time goes ahead by more, a clock was set
 LATEST_TIME_S = 1e11  # of a capture, in the year 5138; anything later is not a time
 

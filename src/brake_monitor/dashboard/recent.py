@@ -11,8 +11,9 @@ from numpy.typing import NDArray
 
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.publishing.payloads import AdhesionMessage, FrictionMessage
+from brake_monitor.publishing.published import ESTIMATES_KEPT
 
-CAPACITY = 3000  # rows: five minutes at 10 Hz, as much as a daemon can be asked for
+CAPACITY = ESTIMATES_KEPT  # rows: as much as a daemon can be asked for
 WAGON_COLUMNS = ("speed_mps", "adhesion", "adhesion_std", "adhesion_available")  # the last: while saturated
 WHEELSET_COLUMNS = (
     "slip",

@@ -9,9 +9,8 @@ import numpy as np
 from brake_monitor.arrays import Bools, Floats, indices
 from brake_monitor.decoding.mapped_signal import MappedSignal
 from brake_monitor.decoding.sample_block import SampleBlock
+from brake_monitor.frame import CLOCK_STEP_S
 from brake_monitor.samples import Quality, Sample
-
-_CLOCK_STEP_S = 1.0  # a frame that is older than the last by more than this: the clock was set back
 
 
 class TimeOuts:
@@ -48,7 +47,7 @@ class TimeOuts:
 
     def is_set_back(self, time_s: float) -> bool:
         """Whether the clock was, if the next frame has this time."""
-        return time_s < self._last_time_s - _CLOCK_STEP_S
+        return time_s < self._last_time_s - CLOCK_STEP_S
 
     def pass_over(self, time_s: float, next_look_s: float) -> None:
         """Note that there was nothing to tell until `time_s`, nor can be before `next_look_s`."""
@@ -82,7 +81,7 @@ class Passage:
         self._times_s = samples.listed_frame_times_s
         self._looks_s: Floats = (np.minimum(self._good_s, time_s) + timeout_s).min(axis=0)  # when to look next
         ends: Bools = (self._good_s + timeout_s <= time_s).any(axis=0)  # where a look would tell
-        ends[1:] |= np.diff(time_s) < -_CLOCK_STEP_S
+        ends[1:] |= np.diff(time_s) < -CLOCK_STEP_S
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), len(time_s)]
 
     def quiet_until(self, frame: int, end: int) -> int:

@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from math import inf
 
-from brake_monitor.frame import YEAR_S, Frame, FrameKind
+from brake_monitor.frame import CLOCK_STEP_S, YEAR_S, Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.reports import BusReport
 from brake_monitor.samples import Channel
@@ -57,7 +57,7 @@ class BusWatch:
         """How each bus is; one that has said nothing so far counts from the first call."""
         found = []
         for name, bus in self._buses.items():
-            if bus.heard_s is None or not -1.0 <= time_s - bus.heard_s <= YEAR_S:  # or the clock was set
+            if bus.heard_s is None or not -CLOCK_STEP_S <= time_s - bus.heard_s <= YEAR_S:  # or the clock was set
                 bus.heard_s = time_s
             silent_s = max(time_s - bus.heard_s, 0.0)
             is_off = bus.is_off or bus.is_down

@@ -12,16 +12,17 @@ from math import exp, hypot, inf, sqrt
 from msgspec import Struct
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
+from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, WheelsetEstimate
+from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS
 
 MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
-FREE_AFTER_S = 3.0  # after the last contact, or a motor, every wheelset rolls freely
-LEAST_SPEED_MPS = 5.0  # below it the speeds' own noise counts too much
 REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say ...
 ERRORS_S = 60.0  # ... but for how the vehicle's speed errs
 ERRS_ALIKE_S = 5.0  # for about so long; what errs for less shows as scatter
 LEAST_REFERENCE_S = 1.0  # how little that is worth, its deviation says
 AVERAGE_S = 1.0
+SOFTEST, STIFFEST = 20.0, 200.0  # adhesion over creep, of any contact on which the two are proportional
 LEAST_CREEP = 3e-4  # to be expected, or of the others: less is lost in curves and noise
 
 
@@ -114,7 +115,7 @@ class CreepMeter:
         ratios.see(now)
         if not (ratios.is_free and all(known)):
             self._held_s = now.time_s
-        if ratios.now and now.time_s - self._held_s > FREE_AFTER_S:
+        if ratios.now and now.time_s - self._held_s > ROLLING_AGAIN_S:
             self._free_s = min(self._free_s + ratios.step_s, REFERENCE_S)
             share = ratios.step_s / self._free_s
             self._free = nearer(self._free or ratios.now, ratios.now, share)

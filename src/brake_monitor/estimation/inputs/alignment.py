@@ -3,9 +3,8 @@
 from collections.abc import Iterable, Sequence
 from heapq import heapify, heappop, heappush
 
+from brake_monitor.frame import CLOCK_STEP_S
 from brake_monitor.samples import Channel, Quality, Sample
-
-CLOCK_STEP_S = 1.0  # a sample older than all that wait by more than this, beside delays, shows a clock set back
 
 
 class Alignment:

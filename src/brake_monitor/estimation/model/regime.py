@@ -3,13 +3,14 @@
 from collections.abc import Sequence
 from typing import NamedTuple
 
+from brake_monitor.estimation.doubts.force_departure import CONTACT_S
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.state_layout import StateLayout
 
 SLOW_SPEED_DENSITY = 1.0  # (m/s)²/s and (rad/s)²/s, near standstill, where the measurements alone count
 STUCK_FRICTION_STD = 0.05  # of pads that do not slide, or have begun to: friction rises by up to a quarter there
-STUCK_FRICTION_DENSITY = STUCK_FRICTION_STD**2 / 1.5  # 1/s: contact patches grow and decay in 1.5 s (Ostermeyer)
+STUCK_FRICTION_DENSITY = STUCK_FRICTION_STD**2 / CONTACT_S  # 1/s
 SLOW_ADHESION_DENSITY = 0.01  # 1/s, near standstill: the adhesion before the stop says nothing after a second
 SLOW_ADHESION_S = 1.0  # how long its error then has to do with those of other states
 

@@ -10,7 +10,7 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
-from brake_monitor.monitoring.creep_meter import Creep
+from brake_monitor.monitoring.creep_meter import SOFTEST, Creep
 
 VALID, CONVERGING = Status.VALID, Status.CONVERGING
 RELEASED_S = 2.0  # an application is over when no pad has pressed for this long; slide protection fills sooner
@@ -26,7 +26,6 @@ LEAST_DECELERATION_MPS2 = 0.05
 SLIDING_DOUBT = 0.2  # of the doubt from a gradient, where wheelsets slide: how they slow down shows friction as well
 JUMP_S = 0.15  # no air fills a cylinder within it ...
 JUMP_SHARE = 0.5  # ... by as much of what has pressed another one for longer than they fill one after the other
-LEAST_STIFFNESS = 20.0  # adhesion over creep: where they are proportional it is 30 to 200
 
 
 class RunningApplication:
@@ -155,7 +154,7 @@ class RunningApplication:
         """
         creep_sum = sum(own.creep_sum for own in self._wheelsets)
         has_slid = self._slid_s > -inf
-        return not has_slid and LEAST_STIFFNESS * creep_sum < sum(own.adhesion_sum for own in self._wheelsets)
+        return not has_slid and SOFTEST * creep_sum < sum(own.adhesion_sum for own in self._wheelsets)
 
     def _gradient_doubt(self, rolling: Estimate | None) -> float:
         """Standard deviation of friction, relative to it, from a gradient that may have changed meanwhile.

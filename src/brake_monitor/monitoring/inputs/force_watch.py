@@ -17,7 +17,15 @@ from brake_monitor.estimation.core.prediction import PAUSE_S
 from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
-from brake_monitor.monitoring.creep_meter import AVERAGE_S, LEAST_CREEP, Creep, CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import (
+    AVERAGE_S,
+    LEAST_CREEP,
+    SOFTEST,
+    STIFFEST,
+    Creep,
+    CreepMeter,
+    SpeedRatios,
+)
 from brake_monitor.monitoring.inputs.retardation import Retardation
 from brake_monitor.monitoring.inputs.watched_force import (
     INDEPENDENT,
@@ -31,7 +39,6 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SETTLED_S = 3.0  # after a slide
-SOFTEST, STIFFEST = 20.0, 200.0  # adhesion over creep, of any contact
 LINE_STD_MPS2 = 0.02  # by so much the gradient may have changed since the wagon rolled freely
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected, for a force that fell; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well

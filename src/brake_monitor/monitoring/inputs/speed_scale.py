@@ -10,6 +10,7 @@ from math import inf, log
 from statistics import fmean
 
 from brake_monitor.estimation.estimate import LONGEST_STEP_S
+from brake_monitor.estimation.rolling.radius_calibration import TURNED_S
 from brake_monitor.monitoring.creep_meter import nearer
 
 LEAST_SPEED_MPS = 10.0  # below it noise counts too much, ...
@@ -23,7 +24,6 @@ OFF = 0.03  # relative; satellites and curves do less for as long
 ALIKE = 0.01  # the wheelsets beside each other
 SHOWS_S = 5.0
 AGREES, AGREES_S = 0.015, 3.0  # then it is believed again
-TURNED_S = 3600.0  # a pause in which wheels may have been turned
 
 
 class SpeedScale:

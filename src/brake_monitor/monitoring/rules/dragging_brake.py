@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.estimation.inputs.pad_contact import RELEASE_FRACTION
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
@@ -11,7 +12,7 @@ from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Suspicion, Verdict
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.rules.lasting_creep import CreepDrag, LastingCreepSearch
-from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, RELEASED, Participation
+from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, Participation
 from brake_monitor.monitoring.rules.pulled_braked import PulledBraked
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
@@ -36,7 +37,7 @@ class DraggingBrake:
         self.settings = settings
         self.wheelsets = tuple(range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * wheelset_count
-        self._released_n = RELEASED * settings.min_force_n
+        self._released_n = RELEASE_FRACTION * settings.min_force_n
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._participation = Participation(settings.min_force_n, wheelset_count)
         self._pulled = PulledBraked(STRONG * settings.min_force_n)

@@ -20,6 +20,7 @@ from typing import NamedTuple
 
 from msgspec import Struct
 
+from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
@@ -29,7 +30,6 @@ BEFORE_S = 12.0  # of free rolling before the application, at most ...
 LEAST_BEFORE_S = 4.0
 LEAST_BRAKING_S = 3.0
 MOST_BRAKING = 600  # observations; what comes later in a long application is left out
-AFTER_S = 3.0  # the estimator needs as long after the release
 LEAST_AFTER_S = 9.0
 LONGEST_AFTER_S = 30.0  # after the release; from then on the track may have changed
 BLOCK = 10  # observations whose mean is one independent value
@@ -130,7 +130,7 @@ class HiddenDragSearch:
     def _roll(self, now: Estimate) -> None:
         self._released_s = min(self._released_s, now.time_s)
         rolled_s = now.time_s - self._released_s
-        if rolled_s < AFTER_S:
+        if rolled_s < ROLLING_AGAIN_S:
             return
         moment = _Moment(now)
         self._lately.append(moment)

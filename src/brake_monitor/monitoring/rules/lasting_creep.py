@@ -14,6 +14,7 @@ from typing import NamedTuple
 
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.estimation.rolling.radius_calibration import TURNED_S
 from brake_monitor.monitoring.rules.rolled_way import RolledWay, Stretch
 from brake_monitor.monitoring.rules.turns import LEAST_SPEED_MPS, log_turns, turns_apart
 
@@ -36,7 +37,6 @@ STILL_THERE = 7e-4  # or half of the shift it was found with: pads that drag gro
 BRAKING = 100  # observations, 10 s, of an application ...
 EASED = 0.8  # ... before its force falls to this: in a release, pads that stick already press more than is told
 LEAST_BRAKING = 10
-STOOD_S = 3600.0  # a pause in which a wheelset may have been turned or changed
 CREEP_STIFFNESS = 60.0  # adhesion over creep: 30 to 200 in service
 
 
@@ -91,7 +91,7 @@ class LastingCreepSearch:
         if len(now.wheelsets) == 1 or now.speed_mps < LEAST_SPEED_MPS or now.saturated or not inputs_are_good:
             self._held_s = now.time_s
             return None
-        if now.time_s - self._rolled_s > STOOD_S:
+        if now.time_s - self._rolled_s > TURNED_S:
             self._forget()
             if isfinite(self._rolled_s):  # else the program has begun, and it may have stood for a moment
                 self.lasting.clear()

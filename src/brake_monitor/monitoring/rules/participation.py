@@ -5,9 +5,9 @@ from collections.abc import Sequence
 from math import inf
 from statistics import fmean
 
+from brake_monitor.estimation.inputs.pad_contact import RELEASE_FRACTION
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 
-RELEASED = 0.8  # of the contact force, a hysteresis
 EASED = 0.8  # of its force while the others released: a brake that follows a common release, if not all the way
 RELEASE_S = 20.0  # by then any brake that is vented has eased so far
 EASING = 0.95  # of what a brake pressed with EASING_S before: it is still being vented, in position G within 60 s
@@ -20,7 +20,7 @@ class Participation:
 
     def __init__(self, contact_force_n: float, wheelset_count: int) -> None:
         self._contact_force_n = contact_force_n
-        self._released_n = RELEASED * contact_force_n
+        self._released_n = RELEASE_FRACTION * contact_force_n
         self.begin_was_seen = False  # all brakes were released before it: what is known of it is all of it
         self._is_over = self._is_whole = False  # all are released, or all press: more of the same says nothing new
         self.begun_s = inf  # inf: none goes on
