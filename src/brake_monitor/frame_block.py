@@ -33,7 +33,7 @@ class FrameBlock:
     extended: Bools
     start: Ints
     stop: Ints
-    payload: bytes = b""
+    payload: bytes
     is_text: bool = False  # the payload is: two hexadecimal digits for each byte
     odd: Mapping[int, Frame] = field(default_factory=dict)
 

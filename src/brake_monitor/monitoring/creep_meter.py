@@ -32,8 +32,8 @@ class Creep(Struct, frozen=True):
     value: float  # about a second's mean
     noise_s: float  # the square of its own deviation over a second: over T s, a mean's is noise / T
     reference_std: float  # of the free rolling that it is told against, the same until the brake is released
-    common_noise_s: float = 0.0  # the square of what the vehicle's speed errs by over a second, as `noise_s`
-    common_lasting_std: float = 0.0  # by so much it errs for ERRS_ALIKE_S and more
+    common_noise_s: float  # the square of what the vehicle's speed errs by over a second, as `noise_s`
+    common_lasting_std: float  # by so much it errs for ERRS_ALIKE_S and more
 
     def std(self, span_s: float) -> float:
         """Standard deviation of a mean over so long, against the other wheelsets'."""

@@ -30,8 +30,8 @@ COVERAGE_WEIGHT = 10.0  # a tenth of the truth outside of the intervals counts a
 class Likelihood(Additive, frozen=True):
     """Logarithm of the probability density of all readings, each given those before it, and that of the tuning."""
 
-    readings: int = 0
-    nats: float = 0.0
+    readings: int
+    nats: float
     prior_nats: float = 0.0
     least_gain: ClassVar[float] = 1.0  # a smaller change of the cost means nothing
 
@@ -56,8 +56,8 @@ class Likelihood(Additive, frozen=True):
 class Accuracy(Additive, frozen=True):
     """Errors against the truth."""
 
-    adhesion: Sums = Sums()
-    friction: Sums = Sums()
+    adhesion: Sums
+    friction: Sums
     least_gain: ClassVar[float] = 0.005  # a smaller change of the cost means nothing
 
     @property

@@ -64,11 +64,11 @@ class _Event:
 
     began: _End
     ended: _End
+    greatest_slip: list[float]
     is_sure: bool = False  # it has been told by estimates that are valid: then by no other
     least: float = 1.0
     least_speed_mps: float = 0.0  # at which that was
     given: deque[float] = field(default_factory=lambda: deque(maxlen=GIVEN))  # what the rail had to give
-    greatest_slip: list[float] = field(default_factory=list)
     sanded: bool = False
 
 

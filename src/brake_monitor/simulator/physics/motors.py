@@ -25,7 +25,7 @@ class Motors:
     """Which wheelsets have one, and where pads take over from them."""
 
     wheelsets: frozenset[int]  # from 0
-    fade_mps: float = 6.0  # below it the dynamic brake does less and less, and at half of it nothing
+    fade_mps: float  # below it the dynamic brake does less and less, and at half of it nothing
 
 
 class MotorDrive:
