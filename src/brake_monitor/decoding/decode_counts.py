@@ -10,7 +10,7 @@ from brake_monitor.samples import Quality
 
 @dataclass(slots=True)
 class DecodeCounts:
-    """For `check`, health and the log's last line."""
+    """For `check`, health and the summary of a replay."""
 
     frames: int = 0
     mapped: int = 0  # frames of a message that is mapped

@@ -3,8 +3,8 @@
 from collections.abc import Iterator
 
 import numpy as np
-from numpy.typing import NDArray
 
+from brake_monitor.arrays import Floats
 from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.config import Settings
@@ -38,7 +38,7 @@ def remarks_on_pull(first_hour: FirstHour, settings: Settings) -> Iterator[str]:
     )
 
 
-def _gains(times_s: NDArray[np.float64], speeds_mps: NDArray[np.float64]) -> bool:
+def _gains(times_s: Floats, speeds_mps: Floats) -> bool:
     """Whether it gets faster than downhill; in either half of the time, since a sensor may begin to tell at once."""
     if np.any(np.diff(times_s) < 0.0):  # a clock was set back
         return False
