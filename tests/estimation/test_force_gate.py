@@ -49,7 +49,7 @@ def test_a_single_reading_that_is_wrong_is_never_used(wrong_n: float, unlikely: 
     gate, told = ForceGate(), []
     for k in range(20):
         told += believed(gate, 10.0 + 0.01 * k, wrong_n if k == 10 else 30e3, unlikely=unlikely)
-        assert not gate.was_borne_out()
+        assert not gate.bears_out
     assert {force_n for _, force_n in told} == {30e3}
     assert told[-1] == (pytest.approx(10.19), 30e3)
     assert not gate.is_dead
@@ -126,11 +126,11 @@ def test_a_brake_that_slide_protection_empties_at_once_is_borne_out(full_n: floa
 def test_a_fall_was_borne_out_until_the_next_reading(full_n: float) -> None:
     gate = ForceGate()
     assert gate.passes(10.0, full_n, True)
-    assert not gate.was_borne_out()
+    assert not gate.bears_out
     assert len([pair for k in (1, 2) for pair in believed(gate, 10.0 + 0.01 * k, 0.0, unlikely=False)]) == 2
-    assert gate.was_borne_out()
+    assert gate.bears_out
     assert believed(gate, 10.03, 0.0, unlikely=False)
-    assert not gate.was_borne_out()
+    assert not gate.bears_out
 
 
 def test_a_fall_that_was_borne_out_is_no_jump_where_air_may_have_moved_so_far_meanwhile() -> None:
@@ -138,7 +138,7 @@ def test_a_fall_that_was_borne_out_is_no_jump_where_air_may_have_moved_so_far_me
     gate = ForceGate()
     assert gate.passes(10.0, 30e3, True)
     assert len([pair for k in (1, 2) for pair in believed(gate, 10.0 + 0.01 * k, 0.0, unlikely=False)]) == 2
-    assert gate.was_borne_out()
+    assert gate.bears_out
     assert not gate.has_jumped()
 
 

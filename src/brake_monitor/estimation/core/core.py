@@ -85,7 +85,7 @@ class Core(Prediction, Correction):
             wheel.end_force_n = pressing_force_n  # the brake has not jumped: v has shown what the rail gives
         if wheel.contact.see(time_s, pressing_force_n):
             self.now.pressed = self.any_pressed()
-            self.now.application.ends_at_once = not self.now.pressed and wheel.gate.was_borne_out()
+            self.now.application.ends_at_once = not self.now.pressed and wheel.gate.bears_out
 
     def note_force(self, i: int, time_s: float) -> None:
         """Check whether the pressing force lives, and with a motor's against the wheelset's slip (`StillForce`)."""

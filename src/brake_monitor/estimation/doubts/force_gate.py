@@ -33,7 +33,7 @@ class ForceGate:
         self._fell_nps = 0.0  # ... and how fast
         self._held_s = 0.0
         self._held_n = 0.0
-        self._bears_out = False  # the last reading believed bore out the one held back before it
+        self.bears_out = False  # the last reading believed bore out the one held back before it
         self.fell_alive = False  # the one held back came from a sensor that had just trembled: it is told as measured
 
     def passes(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
@@ -67,7 +67,7 @@ class ForceGate:
             believed = [held_back, *believed]
         self.holds = False
         self._take(time_s, pressing_force_n)
-        self._bears_out = len(believed) > 1
+        self.bears_out = len(believed) > 1
         return believed
 
     def is_alive(self, time_s: float) -> bool:
@@ -79,10 +79,6 @@ class ForceGate:
         step_s = max(abs(self._time_s - self._before_s), LEAST_FORCE_STEP_S)
         return abs(self._value - self._before_n) > FASTEST_FALL_NPS * step_s
 
-    def was_borne_out(self) -> bool:
-        """Whether the last reading believed bore out one that was held back, as air does not move so fast."""
-        return self._bears_out
-
     def _take(self, time_s: float, pressing_force_n: float) -> None:
         self._before_s, self._before_n = self._time_s, self._value
         if pressing_force_n != self._value:
@@ -90,7 +86,7 @@ class ForceGate:
         if pressing_force_n < self._value - LEAST_FALL_N:
             self._fell_s, self._fell_nps = time_s, (self._value - pressing_force_n) / self._step_s(time_s)
         self._time_s, self._value = time_s, pressing_force_n
-        self._bears_out = False
+        self.bears_out = False
 
     def _can_follow(self, time_s: float, pressing_force_n: float, rolls: bool) -> bool:
         """Whether air can have moved from the last reading to this one."""
