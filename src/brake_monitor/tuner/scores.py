@@ -13,7 +13,16 @@ from brake_monitor.processing.whole_recording import Known, take_all
 from brake_monitor.samples import Channel
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 from brake_monitor.tuner.recording import Recording, Truth
-from brake_monitor.validation.scores import LEAST_FORCE_N, LEAST_SPEED_MPS, SETTLED_S, Additive, Sums
+from brake_monitor.validation.scores import (
+    AIMED_ADHESION_RMSE,
+    AIMED_COVERAGE,
+    AIMED_FRICTION_RMSE,
+    LEAST_FORCE_N,
+    LEAST_SPEED_MPS,
+    SETTLED_S,
+    Additive,
+    Sums,
+)
 
 # Speeds are foretold best by densities that are too sure of adhesion and friction: what the model leaves out hardly
 # shows in the next reading, and more readings do not change that. So the preset stands as a prior: to leave it by a
@@ -21,9 +30,6 @@ from brake_monitor.validation.scores import LEAST_FORCE_N, LEAST_SPEED_MPS, SETT
 PRIOR_NATS = 0.02
 
 ESTIMATES_EVERY_S = 0.05
-AIMED_ADHESION_RMSE = 0.002  # errors are weighed in units of what is aimed at
-AIMED_FRICTION_RMSE = 0.010
-AIMED_COVERAGE = (0.90, 0.99)  # of the 95 % intervals
 COVERAGE_WEIGHT = 10.0  # a tenth of the truth outside of the intervals counts as much as an error of one aim
 
 

@@ -12,6 +12,7 @@ from brake_monitor.simulator.physics.coupler import GivenPull, SpringToTrain
 from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.scenarios import SCENARIOS, Scenario, Track
 from brake_monitor.simulator.simulate import NO_MODIFIERS
+from brake_monitor.validation.scores import AIMED_ADHESION_RMSE, AIMED_COVERAGE, AIMED_FRICTION_RMSE, LARGE_ERROR
 from brake_monitor.validation.variants import VARIANTS
 from brake_monitor.validation.vehicles import WHEELSETS
 
@@ -113,13 +114,13 @@ class Case(Struct, frozen=True, order=True):
     def limits(self) -> Limits:
         """The targets; comparisons have none."""
         if self.vehicle == "laboratory":
-            return Limits(worst=0.02) if self.variant == "rig" else Limits()
+            return Limits(worst=LARGE_ERROR) if self.variant == "rig" else Limits()
         if self.variant == "train" and self.condition == "coupled":
             return Limits(adhesion_rmse=0.005 if self.scenario in SLIDING else 0.006, friction_rmse=0.03)
         return LIMITS.get(self.condition, Limits()) if self.variant == "wagon" else Limits()
 
 
-LARGE_ERROR_S = 0.05  # how long |error| > 0.02 may last
+LARGE_ERROR_S = 0.05  # how long |error| > LARGE_ERROR may last
 DISHONEST_S = 1.0  # how long an estimate may be `valid` while wrong by more than three of its sigmas
 
 
@@ -128,12 +129,12 @@ def _limits(adhesion_rmse: float, friction_rmse: float | None, coverage: tuple[f
 
 
 LIMITS: Mapping[str, Limits] = {
-    "as_modelled": _limits(0.002, 0.010, (0.90, 0.99)),
+    "as_modelled": _limits(AIMED_ADHESION_RMSE, AIMED_FRICTION_RMSE, AIMED_COVERAGE),
     "uphill": _limits(0.003, 0.020),
     "downhill": _limits(0.003, 0.020),
     "line": _limits(0.003, 0.020),
     # Three deviations are exceeded by chance as well, and friction's errors last.
-    "undulating": Limits(0.003, None, LARGE_ERROR_S, 0.020, (0.90, 0.99)),
+    "undulating": Limits(0.003, None, LARGE_ERROR_S, 0.020, AIMED_COVERAGE),
     "worn_wheel": _limits(0.003, None),
     "run_out": _limits(0.003, None),
     "frame_loss": _limits(0.003, None),
