@@ -6,10 +6,8 @@ from statistics import median
 
 from brake_monitor.alarm_campaign.outcome import Answer, Outcome
 from brake_monitor.plural import plural
-from brake_monitor.simulator.due.alarm import DELAY_S
+from brake_monitor.simulator.due.alarm import AFTER_BRAKING, DELAY_S
 from brake_monitor.simulator.ordinary_service import SERVICE
-
-SINCE_END = {"uneven_braking", "friction_out_of_band", "friction_drift", "pad_near_limit", "pad_at_limit"}
 
 
 def markdown(outcomes: Sequence[Outcome]) -> str:
@@ -42,7 +40,7 @@ def _row(answers: Sequence[Answer]) -> str:
 
 
 def _stated(kind: str, stated_s: float) -> str:
-    return f"{stated_s:g} s" + (" after the braking" if kind in SINCE_END else "")
+    return f"{stated_s:g} s" + (" after the braking" if kind in AFTER_BRAKING else "")
 
 
 def _service(outcomes: Sequence[Outcome]) -> Iterator[str]:

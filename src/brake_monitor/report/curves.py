@@ -12,6 +12,7 @@ from brake_monitor.dashboard.recent import WAGON_COLUMNS, WHEELSET_COLUMNS
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.samples import Quantity
 
+COMMON_COLUMNS = ("time_s", "distance_m", "latitude_deg", "longitude_deg", *WAGON_COLUMNS)
 MOST_ROWS = 80_000  # two hours at 10 Hz; of more, each stretch keeps its least and greatest values
 
 
@@ -20,7 +21,7 @@ class Curves:
 
     def __init__(self, wheelset_count: int) -> None:
         self.wheelset_count = wheelset_count
-        self._width = 4 + len(WAGON_COLUMNS) + wheelset_count * len(WHEELSET_COLUMNS)
+        self._width = len(COMMON_COLUMNS) + wheelset_count * len(WHEELSET_COLUMNS)
         self._values = array("d")
 
     def take(self, estimate: Estimate, is_told: Callable[[Quantity, int], bool]) -> None:
@@ -53,12 +54,11 @@ class Curves:
 
     def columns(self, table: Floats) -> dict[str, Any]:
         """The columns of a table by name; those of wheelset i under "wheelsets", i."""
-        names = ("time_s", "distance_m", "latitude_deg", "longitude_deg", *WAGON_COLUMNS)
-        own = len(WHEELSET_COLUMNS)
+        common, own = len(COMMON_COLUMNS), len(WHEELSET_COLUMNS)
         return {
-            **{name: table[:, k] for k, name in enumerate(names)},
+            **{name: table[:, k] for k, name in enumerate(COMMON_COLUMNS)},
             "wheelsets": {
-                i + 1: {name: table[:, len(names) + i * own + k] for k, name in enumerate(WHEELSET_COLUMNS)}
+                i + 1: {name: table[:, common + i * own + k] for k, name in enumerate(WHEELSET_COLUMNS)}
                 for i in range(self.wheelset_count)
             },
         }

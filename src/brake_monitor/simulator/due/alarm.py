@@ -13,17 +13,19 @@ DELAY_S = {
     "slide": 5.0,
     "dragging_brake": 30.0,
     "brake_not_applied": 10.0,
-    "uneven_braking": 5.0,  # after the brake application, as the next two
+    "uneven_braking": 5.0,
     "friction_out_of_band": 5.0,
     "friction_drift": 5.0,
     "hot_disc": 30.0,
-    "pad_near_limit": 5.0,  # after the brake application
+    "pad_near_limit": 5.0,
     "pad_at_limit": 5.0,
     "input_lost": 5.0,
     "input_implausible": 20.0,
     "bus_silent": 5.0,
     "bus_fault": 5.0,
 }
+# Their delay counts from the end of the brake application.
+AFTER_BRAKING = {"uneven_braking", "friction_out_of_band", "friction_drift", "pad_near_limit", "pad_at_limit"}
 
 
 class Due(Struct, frozen=True):
