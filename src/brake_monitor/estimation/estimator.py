@@ -57,13 +57,13 @@ class Estimator:
         wagon = self.wagon_type.from_vehicle(
             vehicle, FrictionRelaxation.from_settings(settings), has_motors=has_motors and not self._tuning.literal
         )
-        self._filter = self.filter_type(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
+        self.filter = self.filter_type(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._layout = wagon.layout
         self._channel_numbers = {channel.measurand: k for k, channel in enumerate(self.channels)}
         self.alignment = Alignment(self.channels)
         self.waits = self.alignment.waits  # samples wait for those of slower sensors
         self._trust = InputTrust(self._channel_numbers)
-        self.core = new_core(self.core_type, self._filter, settings, self.channels, foretells=foretells)
+        self.core = new_core(self.core_type, self.filter, settings, self.channels, foretells=foretells)
         self._now = self.core.now
         self._known = KnownInputs(self.core)
         count, one_flag = len(self.core.wheels), self.core.one_wsp_signal
@@ -116,8 +116,8 @@ class Estimator:
             return False
         if outcome == CONTRADICTED:
             self._distrust()
-        if not self._filter.is_sound():
-            self._filter.reset()
+        if not self.filter.is_sound():
+            self.filter.reset()
             self._restart(sample.time_s)
         return True
 
@@ -198,7 +198,7 @@ class Estimator:
         """Let d take over a gradient that is lost, or give back one that is told again: the track has not changed."""
         if self._tuning.deceleration_std:
             handed_over_mps2 = GRAVITY_MPS2 * (before - self._now.gradient)
-            self._filter.x[self._layout.deceleration] += handed_over_mps2
+            self.filter.x[self._layout.deceleration] += handed_over_mps2
             self._now.application.line_mps2 += handed_over_mps2
             self._now.line.forget_look()
 
@@ -224,7 +224,7 @@ class Estimator:
             self._distrust()
             if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
                 rolling_radps = self.speed_mps / self.core.wheels[wheelset].radius.radius_m
-                self._filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
+                self.filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
         self._forget_snapshots()  # which may have been learned from them, too
         self._trust.disbelieve(measurands)
         self._pass_trust_on()
@@ -261,14 +261,14 @@ class Estimator:
 
     def _distrust(self, since_s: float = -inf) -> None:
         """Restart with the parameters of a snapshot from before readings turned wrong, or else with the prior ones."""
-        self._filter.forget_parameters()
+        self.filter.forget_parameters()
         known = [(saved_s, place) for place, saved_s in enumerate(self._now.saved_s) if -inf < saved_s <= since_s]
         if known:
             _, newest = max(known)
-            self._filter.restore_parameters(newest)
+            self.filter.restore_parameters(newest)
             if not self._now.has_slid:  # as it may have then
                 self.core.end_slides()
-        self._now.application.line_mps2 = self._filter.x[self._layout.deceleration]
+        self._now.application.line_mps2 = self.filter.x[self._layout.deceleration]
         self._now.consistency.bias.restart()
         self._restart(self._now.time_s)
 
@@ -279,7 +279,7 @@ class Estimator:
     def _take_speed_from_wheelsets(self) -> None:
         """Set v, led astray by a speed that stood still, to that of the fastest wheelset, which is taken to roll."""
         rolling_mps = self.core.fastest_mps()
-        self._filter.forget(self._layout.speed, rolling_mps, SLIDING_SLIP * rolling_mps)
+        self.filter.forget(self._layout.speed, rolling_mps, SLIDING_SLIP * rolling_mps)
 
     # -- time --------------------------------------------------------------------------------------------------
 
@@ -293,7 +293,7 @@ class Estimator:
             self._predict(sample.time_s, step_s)
         elif step_s < 0.0:  # not later than MOST_LATE_S: carry the reading forward to the filter's time
             self.late_count += 1
-            drift = self._filter.rate(self._now, self.core.wheels, index) * -step_s
+            drift = self.filter.rate(self._now, self.core.wheels, index) * -step_s
             value += drift
             variance += drift * drift
         self.core.see_heading(index, sample.value)
@@ -308,7 +308,7 @@ class Estimator:
 
     def _begin_application(self, pause_s: float) -> None:
         """Widen what may have changed since the last brake application: friction, d (a train that pulls), L."""
-        now, brakes, grown = self._now, self._filter, onset_variance(pause_s)
+        now, brakes, grown = self._now, self.filter, onset_variance(pause_s)
         self._forget_snapshots()
         brakes.infer_idle_friction(self.idle_brakes)
         brakes.renew_friction(COMMON_SHARE * grown, OWN_SHARE * grown)
@@ -336,7 +336,7 @@ class Estimator:
         now.pitching_mps2 = 0.0
         now.line.forget_look()
         self.core.note_beginning()
-        self._filter.forget_all(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
+        self.filter.forget_all(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
 
     def _set_back(self, by_s: float) -> None:
         """Set all times back with the clock: what happened is still as long ago."""
@@ -399,11 +399,6 @@ class Estimator:
     def input_changes(self) -> int:
         """How often the condition of any signal has changed so far."""
         return self._trust.changes
-
-    @property
-    def filter(self) -> BrakeFilter:
-        """The filter inside, for a smoother to follow."""
-        return self._filter
 
     @property
     def wheel_radius_m(self) -> tuple[float, ...]:
