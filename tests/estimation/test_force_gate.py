@@ -56,6 +56,23 @@ def test_a_single_reading_that_is_wrong_is_never_used(wrong_n: float, unlikely: 
     assert gate.passes(10.2, 30e3, True)  # nothing is held back any more
 
 
+@pytest.mark.parametrize("wrong_n", [(12e3,), (40e3,), (70e3,), (12e3, 8e3), (40e3, 60e3)])
+@pytest.mark.parametrize("cycle_s", [0.01, 0.02, 0.04])
+@pytest.mark.parametrize("usual_n", [0.0, 5e3])
+def test_back_from_a_spike_that_air_might_have_made_it_is_no_sensor_that_died(
+    wrong_n: tuple[float, ...], cycle_s: float, usual_n: float
+) -> None:
+    """A wire beside the motor's, for a frame or two: no brake is filled and vented so quickly."""
+    gate, told = ForceGate(), []
+    for k in range(60):
+        wrong = 20 <= k < 20 + len(wrong_n)
+        force_n = wrong_n[k - 20] if wrong else usual_n
+        told += believed(gate, 10.0 + k * cycle_s, force_n, unlikely=k > 20)
+        assert not gate.is_dead
+    assert told[-1] == (pytest.approx(10.0 + 59 * cycle_s), usual_n)
+    assert [force_n for time_s, force_n in told if time_s > 10.0 + 22.5 * cycle_s] == [usual_n] * 37
+
+
 @pytest.mark.parametrize("opens_every", [1, 2])
 def test_a_vented_cylinder_whose_springs_take_the_pads_back_is_no_sensor_that_died(opens_every: int) -> None:
     """Air leaves ever more slowly, but the force comes to 0 and stays there; another brake presses on.

@@ -10,6 +10,7 @@ SPRINGS_N = 10e3  # below it return springs take the force on to 0 as fast as th
 DEAD_S = 0.1  # by then another brake would have followed a true fall
 ALIVE_S = 0.5  # a sensor whose value has changed within it is alive
 TREMBLES_STEPS = 2.0  # a sensor whose value has changed within so many of its readings tells each as it is measured
+SPIKE_S = 0.15  # no brake is applied and vented again as quickly
 LEAST_FORCE_STEP_S = 0.01  # frames that a gateway bunches are not as close as their times
 
 
@@ -31,6 +32,8 @@ class ForceGate:
         self._moved_s = -inf  # when its value last changed
         self._fell_s = -inf  # when it last fell by more than noise ...
         self._fell_nps = 0.0  # ... and how fast
+        self._rose_s = -inf  # when it last was as low as before it rose by more than noise ...
+        self._rose_from_n = 0.0  # ... and how low that was
         self._held_s = 0.0
         self._held_n = 0.0
         self.bears_out = False  # the last reading believed bore out the one held back before it
@@ -83,6 +86,8 @@ class ForceGate:
         self._before_s, self._before_n = self._time_s, self._value
         if pressing_force_n != self._value:
             self._moved_s = time_s
+        if pressing_force_n > self._value + LEAST_FALL_N and abs(time_s - self._rose_s) > SPIKE_S:
+            self._rose_s, self._rose_from_n = self._time_s, self._value
         if pressing_force_n < self._value - LEAST_FALL_N:
             self._fell_s, self._fell_nps = time_s, (self._value - pressing_force_n) / self._step_s(time_s)
         self._time_s, self._value = time_s, pressing_force_n
@@ -96,6 +101,8 @@ class ForceGate:
             return -FASTEST_FALL_NPS * step_s <= moved_n <= FASTEST_RISE_NPS * step_s
         if pressing_force_n >= self._value * exp(-step_s / FASTEST_EMPTYING_S):
             return True
+        if abs(time_s - self._rose_s) <= SPIKE_S and pressing_force_n >= self._rose_from_n - LEAST_FALL_N:
+            return True  # what was told between was no force
         is_vented = self._value < SPRINGS_N and abs(time_s - self._fell_s) < ALIVE_S
         return is_vented and -moved_n <= self._fell_nps * step_s
 
