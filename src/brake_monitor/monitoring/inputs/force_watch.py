@@ -17,6 +17,7 @@ from brake_monitor.estimation.core.prediction import PAUSE_S
 from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
+from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS
 from brake_monitor.monitoring.creep_meter import (
     AVERAGE_S,
     LEAST_CREEP,
@@ -40,6 +41,7 @@ from brake_monitor.settings.config import EstimatorSettings, Vehicle
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
 SETTLED_S = 3.0  # after a slide
 LINE_STD_MPS2 = 0.02  # by so much the gradient may have changed since the wagon rolled freely
+LATE_STD_S = 0.03  # the vehicle's speed comes late, as behind a filter: all wheelsets seem to creep more under a brake
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected, for a force that fell; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
 FELL_S = 0.5  # a force that dies falls as quickly
@@ -201,7 +203,7 @@ class ForceWatch:
         is_missing = not self._pressing[i] and median(others_n) >= PRESSES_N
         if is_alone or is_missing:
             as_if_n = own_n if is_alone else median(others_n)
-            by_creep = None if creep is None else self._share_of_sensor(i, as_if_n, creep, now.mass_kg)
+            by_creep = None if creep is None else self._share_of_sensor(i, as_if_n, creep, now)
             brake.see(by_creep, self._share_by_retardation(i, as_if_n, now.mass_kg), presses=is_alone)
 
     def _share_by_retardation(self, i: int, as_if_n: float, mass_kg: float) -> ShownShare | None:
@@ -220,16 +222,16 @@ class ForceWatch:
         std_mps2 = hypot(LINE_STD_MPS2, MOTORS_ERR * self._retardation.by_motors_mps2)
         return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, std_mps2 / expected_mps2)
 
-    def _share_of_sensor(self, i: int, as_if_n: float, creep: Sequence[Creep], mass_kg: float) -> ShownShare | None:
+    def _share_of_sensor(self, i: int, as_if_n: float, creep: Sequence[Creep], now: Estimate) -> ShownShare | None:
         """The same by creep, of all brakes of the sensor of brake i: it is right or wrong for all of them."""
-        shares = [self._share_by_creep(k, as_if_n, creep, mass_kg) for k in self._sensors[i]]
+        shares = [self._share_by_creep(k, as_if_n, creep, now) for k in self._sensors[i]]
         told = [share for share in shares if share is not None]
         if len(told) < len(shares):
             return None
         value = sum(share.value for share in told) / len(told)
         return ShownShare(value, max(share.lasting_std for share in told), max(share.noise_std for share in told))
 
-    def _share_by_creep(self, i: int, as_if_n: float, creep: Sequence[Creep], mass_kg: float) -> ShownShare | None:
+    def _share_by_creep(self, i: int, as_if_n: float, creep: Sequence[Creep], now: Estimate) -> ShownShare | None:
         """The same by how its wheelset creeps against those of other sensors: what the speed errs by is common to all.
 
         How much it is expected to creep is not known as well: the speed's errors are part of what the others do.
@@ -242,9 +244,11 @@ class ForceWatch:
         expected = as_if_n * (median(learned) if learned else self._creep_per_n)
         if expected < LEAST_CREEP:
             return None
-        adhesion = self._expected_mps2(i, as_if_n, mass_kg) * len(creep) / GRAVITY_MPS2
+        adhesion = self._expected_mps2(i, as_if_n, now.mass_kg) * len(creep) / GRAVITY_MPS2
         count = max(brake.learned for brake in self._brakes) if learned else self._crept
         common_std = creep[i].common_std(AVERAGE_S * max(count / INDEPENDENT, 1.0))
+        retardation_mps2 = now.adhesion * GRAVITY_MPS2 + now.deceleration_mps2
+        common_std = hypot(common_std, LATE_STD_S * retardation_mps2 / max(now.speed_mps, LEAST_SPEED_MPS))
         least = max(expected - SURE_SIGMAS * common_std, min(expected, adhesion / STIFFEST))
         most = min(expected + SURE_SIGMAS * common_std, max(expected, adhesion / SOFTEST))
         per_creep, doubt = (1.0 / least + 1.0 / most) / 2.0, (1.0 / least - 1.0 / most) / 2.0 / SURE_SIGMAS
