@@ -86,12 +86,12 @@ def state(judge: InputJudge) -> str:
     """All that the watches know."""
     if judge._block_watch is not None:
         judge._block_watch.settle()
-    others = {"_vehicle_speed", "_protection", "holding", "falls", "bursts"}
+    others = {"_vehicle_speed", "_protection", "holding", "falls", "bursts", "descent"}
     wheels = [
         ({name: value for name, value in vars(wheel).items() if name not in others}, vars(wheel.holding))
         for wheel in judge._wheels.wheels
     ]
-    falls = [(vars(wheel.falls), vars(wheel.bursts)) for wheel in judge._wheels.wheels]
+    falls = [(vars(wheel.falls), vars(wheel.bursts), vars(wheel.descent)) for wheel in judge._wheels.wheels]
     forces = [
         vars(force) | {"_life": vars(force._life), "_others": [(i, vars(span)) for i, span in force._others.items()]}
         for force in judge._frozen._forces.values()

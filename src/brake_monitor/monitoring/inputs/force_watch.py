@@ -42,6 +42,7 @@ STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep h
 SETTLED_S = 3.0  # after a slide
 LINE_STD_MPS2 = 0.02  # by so much the gradient may have changed since the wagon rolled freely
 LATE_STD_S = 0.03  # the vehicle's speed comes late, as behind a filter: all wheelsets seem to creep more under a brake
+USUALLY_STIFFEST = 100.0  # adhesion over creep, of most contacts
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected, for a force that fell; less is lost in gradients
 GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
 FELL_S = 0.5  # a force that dies falls as quickly
@@ -247,16 +248,18 @@ class ForceWatch:
         adhesion = self._expected_mps2(i, as_if_n, now.mass_kg) * len(creep) / GRAVITY_MPS2
         count = max(brake.learned for brake in self._brakes) if learned else self._crept
         common_std = creep[i].common_std(AVERAGE_S * max(count / INDEPENDENT, 1.0))
-        retardation_mps2 = now.adhesion * GRAVITY_MPS2 + now.deceleration_mps2
-        common_std = hypot(common_std, LATE_STD_S * retardation_mps2 / max(now.speed_mps, LEAST_SPEED_MPS))
         least = max(expected - SURE_SIGMAS * common_std, min(expected, adhesion / STIFFEST))
+        if len(others) > 1:  # else the other one's own creep is looked at as well
+            least = max(least - SURE_SIGMAS * _late_std(now), min(least, adhesion / USUALLY_STIFFEST))
         most = min(expected + SURE_SIGMAS * common_std, max(expected, adhesion / SOFTEST))
-        per_creep, doubt = (1.0 / least + 1.0 / most) / 2.0, (1.0 / least - 1.0 / most) / 2.0 / SURE_SIGMAS
         lag = median([creep[k].value for k in others]) - creep[i].value
-        own = median([forces_n[k] for k in others]) / as_if_n - lag * per_creep
+        whole = median([forces_n[k] for k in others]) / as_if_n
+        ends = [max(whole - lag / creeps, 0.0) for creeps in (least, most)]
+        own = sum(ends) / 2.0
+        per_creep = 1.0 / (least if own > WORKS else most)
         reference_std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) * per_creep
         noise_std = sqrt(creep[i].noise_s + max(creep[k].noise_s for k in others) / len(others)) * per_creep
-        std = hypot(reference_std, lag * doubt)
+        std = hypot(reference_std, (ends[0] - ends[1]) / 2.0 / SURE_SIGMAS)
         if len(others) > 1:
             return ShownShare(own, std, noise_std)
         alone, alone_std = creep[i].value * per_creep, creep[i].common_lasting_std * per_creep
@@ -296,6 +299,12 @@ class ForceWatch:
         expected_mps2 = self._expected_mps2(i, before.forces_n[i], now.mass_kg)
         missing_mps2 = before.total_mps2 - total_mps2
         return expected_mps2 > LEAST_RETARDATION_MPS2 and missing_mps2 < WORKS * expected_mps2
+
+
+def _late_std(now: Estimate) -> float:
+    """By how much all wheelsets may seem to creep for a speed that comes late."""
+    retardation_mps2 = now.adhesion * GRAVITY_MPS2 + now.deceleration_mps2
+    return LATE_STD_S * max(retardation_mps2, 0.0) / max(now.speed_mps, LEAST_SPEED_MPS)
 
 
 class _Moment(Struct, frozen=True):
