@@ -178,6 +178,42 @@ def test_what_is_wrong_with_the_data_is_told(tmp_path: Path) -> None:
     assert said in " ".join(summary(recording))
 
 
+@pytest.mark.parametrize(
+    ("trouble", "said"),
+    [
+        ("frozen-speed", "GNSS.v_ground was frozen"),
+        ("dead-wheel-speed", "WSP.n_A was contradicted"),
+        ("pressure-0", "BCU.p_A was contradicted"),
+        ("lost-speed", "GNSS.v_ground is there only from 0 to 30 s"),
+    ],
+)
+def test_a_sensor_that_an_alarm_accuses_is_a_fault_of_the_data(trouble: str, said: str, tmp_path: Path) -> None:
+    log = tmp_path / "trouble.log"
+    assert main(["simulate", trouble, "-o", str(log)]) == 0
+    recording = played(log)
+    told = " ".join(summary(recording))
+    assert recording.alarms
+    assert said in told
+    assert told.count(said.split(maxsplit=1)[0]) == 1
+    assert "without fault" not in told
+
+
+def test_where_nothing_is_known_nobody_says_that_the_wheels_never_slid(tmp_path: Path) -> None:
+    """On slippery rail without a pressing force, and without a vehicle speed."""
+    log = tmp_path / "wsp.log"
+    assert main(["simulate", "wsp", "-o", str(log)]) == 0
+    lines = log.read_text().splitlines()
+    begun_s = float(lines[0][1:].split(")")[0])
+    for message, said in (("BCU", "Wheelsets slid, as the alarms say"), ("GNSS", "of the rest nothing is known")):
+        lost = next(matching.can_id for matching in played(GOLDEN).decoder.matchings if matching.message == message)
+        kept = [
+            line for line in lines
+            if not (f" {lost:03X}#" in line and float(line[1:].split(")")[0]) - begun_s > 35.0)
+        ]  # fmt: skip
+        log.write_text("\n".join(kept) + "\n")
+        assert said in " ".join(summary(played(log)))
+
+
 def test_a_clock_that_was_set_back_leaves_a_length_and_a_beginning(tmp_path: Path) -> None:
     lines = gzip.decompress(GOLDEN.read_bytes()).decode().splitlines()
     log = tmp_path / "back.log"

@@ -14,6 +14,8 @@ from brake_monitor.settings.alarm_settings import level_of
 
 LOUD_GAP_S = 1.0
 STANDING_MPS = 1.0  # an application ends a little before standstill
+NEARLY_ALL = 0.9  # of the estimates: the others are those of the beginning, and of standstill
+TELL_OF_SLIDES = {"slide", "low_adhesion", "wheelset_not_rotating"}
 
 
 def summary(recording: Recording) -> Iterator[str]:
@@ -61,13 +63,29 @@ def _rail(recording: Recording, columns: dict[str, Any]) -> str:
     asked = columns["adhesion_available"][told]
     period_s = float(np.median(np.diff(columns["time_s"]))) if len(told) > 1 else 0.0
     if len(asked) == 0 or len(asked) * period_s < rule.debounce_s:  # what is shorter is a bump
-        return "The wheels never asked for more than the rail gave; how much it would have given is not known."
+        return _unasked(recording)
     least, middle = float(asked.min()), float(np.median(asked))
     level = level_of(middle, rule.levels).replace("_", " ")
     return (
         f"Where the wheels asked for more than the rail gave, it gave {number(middle, 3)} (median; {level}), "
         f"at least {number(least, 3)}."
     )
+
+
+def _unasked(recording: Recording) -> str:
+    """Of a recording whose estimates tell of no slide, which says nothing of the time without any."""
+    if any(alarm.kind in TELL_OF_SLIDES for alarm in recording.alarms):
+        return "Wheelsets slid, as the alarms say; what the rail gave is not known."
+    if _valid_share(recording) < NEARLY_ALL:
+        return (
+            "While estimates were valid the wheels asked for no more than the rail gave; of the rest nothing is known."
+        )
+    return "The wheels never asked for more than the rail gave; how much it would have given is not known."
+
+
+def _valid_share(recording: Recording) -> float:
+    every = sum(recording.statuses.values())
+    return recording.statuses[Status.VALID] / every if every else 0.0
 
 
 def _frictions(recording: Recording) -> str:
@@ -144,7 +162,18 @@ def _quality(recording: Recording) -> str:
     ):
         if value:
             faults.append(count(value, thing) + what)
-    every = sum(recording.statuses.values())
-    share = recording.statuses[Status.VALID] / every if every else 0.0
-    first = f"{number(share * 100, 1)} % of {count(every, 'estimate')} are valid"
+    faults += _told_by_alarms(recording, faults)
+    every = count(sum(recording.statuses.values()), "estimate")
+    first = f"{number(_valid_share(recording) * 100, 1)} % of {every} are valid"
     return f"{first}; the data are without fault." if not faults else f"{first}. In the data: {'; '.join(faults)}."
+
+
+def _told_by_alarms(recording: Recording, faults: list[str]) -> list[str]:
+    """What came and could not be used, or did not come, of signals that the faults found so far do not name."""
+    told: dict[str, None] = {}
+    for alarm in recording.alarms:
+        signals, conditions = (str(alarm.evidence.get(name, "")).split(", ") for name in ("signals", "conditions"))
+        for signal, condition in zip(signals, conditions, strict=False):
+            if condition and not any(fault.startswith(f"{signal} ") for fault in faults):
+                told[f"{signal} was {condition}"] = None
+    return list(told)
