@@ -75,6 +75,9 @@ class ForceWatch:
         self._pressing: tuple[bool, ...] = ()
         self._creep_per_n = 0.0  # of those that press, mean since the same ones have, while they are watched ...
         self._crept = 0  # ... observations
+        self._late_per_n = self._learned_late_per_n = (
+            0.0  # what a late speed may have had in it, and in what is learned
+        )
         self._brakes = [WatchedForce() for _ in self._levers]
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
         self.idle = frozenset[int]()  # wheelsets whose brakes have shown to do nothing, and have not pressed since
@@ -110,12 +113,15 @@ class ForceWatch:
             creep = self._creep.creep(now)
             if not all(self._pressing):
                 if creep is not None and now.time_s - self._changed_s >= STEADY_S:
-                    self._see_creep(creep)
+                    self._see_creep(creep, now)
                 for i in judged:
                     self._judge(i, now, creep)
             elif creep is not None and len(self._brakes) > 1 and self._is_steady(now.time_s):
                 for i in judged:
                     self._brakes[i].learn(creep[i].value / self._forces_n[i])
+                late_per_n = _late_std(now) / median(self._forces_n)
+                learned = max(brake.learned for brake in self._brakes)
+                self._learned_late_per_n += (late_per_n - self._learned_late_per_n) / max(learned, 1)
         states = tuple([brake.state for brake in self._brakes])
         borne_out = [i for i, state in enumerate(states) if state is ForceState.BORNE_OUT]
         self.idle = frozenset([i for i in borne_out if not self._pressing[i]])
@@ -185,13 +191,17 @@ class ForceWatch:
         for brake, presses in zip(self._brakes, pressing, strict=True):
             brake.has_pressed = presses or (brake.has_pressed and not begins)
 
-    def _see_creep(self, creep: Sequence[Creep]) -> None:
+    def _see_creep(self, creep: Sequence[Creep], now: Estimate) -> None:
         """Add up how far those creep that press: what the vehicle's speed errs by for a moment is none of it."""
-        pairs = zip(creep, self._forces_n, strict=True)
-        told = [own.value / force_n for own, force_n in pairs if force_n >= PRESSES_N]
-        if told:
+        pressing = [
+            (own.value, force_n) for own, force_n in zip(creep, self._forces_n, strict=True) if force_n >= PRESSES_N
+        ]
+        if pressing:
             self._crept += 1
-            self._creep_per_n += (median(told) - self._creep_per_n) / self._crept
+            creep_per_n = median([value / force_n for value, force_n in pressing])
+            late_per_n = _late_std(now) / median([force_n for _, force_n in pressing])
+            self._creep_per_n += (creep_per_n - self._creep_per_n) / self._crept
+            self._late_per_n += (late_per_n - self._late_per_n) / self._crept
 
     def _judge(self, i: int, now: Estimate, creep: Sequence[Creep] | None) -> None:
         brake, forces_n = self._brakes[i], self._forces_n
@@ -204,7 +214,7 @@ class ForceWatch:
         is_missing = not self._pressing[i] and median(others_n) >= PRESSES_N
         if is_alone or is_missing:
             as_if_n = own_n if is_alone else median(others_n)
-            by_creep = None if creep is None else self._share_of_sensor(i, as_if_n, creep, now)
+            by_creep = None if creep is None else self._share_of_sensor(i, as_if_n, creep, now.mass_kg)
             brake.see(by_creep, self._share_by_retardation(i, as_if_n, now.mass_kg), presses=is_alone)
 
     def _share_by_retardation(self, i: int, as_if_n: float, mass_kg: float) -> ShownShare | None:
@@ -223,16 +233,16 @@ class ForceWatch:
         std_mps2 = hypot(LINE_STD_MPS2, MOTORS_ERR * self._retardation.by_motors_mps2)
         return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, std_mps2 / expected_mps2)
 
-    def _share_of_sensor(self, i: int, as_if_n: float, creep: Sequence[Creep], now: Estimate) -> ShownShare | None:
+    def _share_of_sensor(self, i: int, as_if_n: float, creep: Sequence[Creep], mass_kg: float) -> ShownShare | None:
         """The same by creep, of all brakes of the sensor of brake i: it is right or wrong for all of them."""
-        shares = [self._share_by_creep(k, as_if_n, creep, now) for k in self._sensors[i]]
+        shares = [self._share_by_creep(k, as_if_n, creep, mass_kg) for k in self._sensors[i]]
         told = [share for share in shares if share is not None]
         if len(told) < len(shares):
             return None
         value = sum(share.value for share in told) / len(told)
         return ShownShare(value, max(share.lasting_std for share in told), max(share.noise_std for share in told))
 
-    def _share_by_creep(self, i: int, as_if_n: float, creep: Sequence[Creep], now: Estimate) -> ShownShare | None:
+    def _share_by_creep(self, i: int, as_if_n: float, creep: Sequence[Creep], mass_kg: float) -> ShownShare | None:
         """The same by how its wheelset creeps against those of other sensors: what the speed errs by is common to all.
 
         How much it is expected to creep is not known as well: the speed's errors are part of what the others do.
@@ -245,18 +255,18 @@ class ForceWatch:
         expected = as_if_n * (median(learned) if learned else self._creep_per_n)
         if expected < LEAST_CREEP:
             return None
-        adhesion = self._expected_mps2(i, as_if_n, now.mass_kg) * len(creep) / GRAVITY_MPS2
+        adhesion = self._expected_mps2(i, as_if_n, mass_kg) * len(creep) / GRAVITY_MPS2
         count = max(brake.learned for brake in self._brakes) if learned else self._crept
         common_std = creep[i].common_std(AVERAGE_S * max(count / INDEPENDENT, 1.0))
         least = max(expected - SURE_SIGMAS * common_std, min(expected, adhesion / STIFFEST))
         if len(others) > 1:  # else the other one's own creep is looked at as well
-            least = max(least - SURE_SIGMAS * _late_std(now), min(least, adhesion / USUALLY_STIFFEST))
+            late_std = as_if_n * (self._learned_late_per_n if learned else self._late_per_n)
+            least = max(least - SURE_SIGMAS * late_std, min(least, adhesion / USUALLY_STIFFEST))
         most = min(expected + SURE_SIGMAS * common_std, max(expected, adhesion / SOFTEST))
         lag = median([creep[k].value for k in others]) - creep[i].value
         whole = median([forces_n[k] for k in others]) / as_if_n
         ends = [max(whole - lag / creeps, 0.0) for creeps in (least, most)]
-        own = sum(ends) / 2.0
-        per_creep = 1.0 / (least if own > WORKS else most)
+        own, per_creep = sum(ends) / 2.0, (1.0 / least + 1.0 / most) / 2.0
         reference_std = hypot(creep[i].reference_std, max(creep[k].reference_std for k in others)) * per_creep
         noise_std = sqrt(creep[i].noise_s + max(creep[k].noise_s for k in others) / len(others)) * per_creep
         std = hypot(reference_std, (ends[0] - ends[1]) / 2.0 / SURE_SIGMAS)
