@@ -108,6 +108,20 @@ def test_a_thickness_of_other_pads_is_taken_once_new_ones_were_noted(
     assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "33") == 0
 
 
+def test_a_thickness_that_no_braking_explains_is_mistyped_or_that_of_other_pads(
+    state: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """3.49 instead of 34.9: the daemon would raise an alarm that latches, and learn a wear rate."""
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "30") == 0  # nobody had measured them
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "29.8") == 0  # the gauge errs
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "3.49") == 2
+    refusal = capsys.readouterr().err
+    assert "these pads had 29.8 mm, and what they have braked since takes no more than 0.0 mm away" in refusal
+    assert "say `wear reset --wheelset 1` first" in refusal
+    assert wear(state, "reset", "--wheelset", "1") == 0
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "3.49") == 0
+
+
 REFUSED = {
     "no such wheelset": (
         ("set", "--wheelset", "3", "--thickness-mm", "9"),

@@ -11,10 +11,11 @@ from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
-from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, pad_life
+from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, energy_loss_mm, pad_life
 from brake_monitor.plural import plural
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
+from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
 from brake_monitor.storage.store import Store
 
@@ -106,10 +107,16 @@ def _enter(options: Namespace, thickness_mm: float | None, std_mm: float | None)
 
 
 def _check(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
-    """Refuse a thickness that can only be that of other pads: the wear rate would be learned from it."""
+    """Refuse a thickness that can only be that of other pads, or mistyped: the wear rate would be learned from it."""
     if gauge.thickness_mm is None:
         return
     gauge_std_mm, new = gauge.std_mm or settings.wear.gauge_std_mm, PadWear.new(settings.wear)
+    if gauge.thickness_mm < _least_mm(pads, gauge_std_mm, settings.wear):
+        raise InputError(
+            f"--thickness-mm {gauge.thickness_mm:g}: these pads had {pads.gauge_thickness_mm:g} mm, and what they have "
+            f"braked since takes no more than {_most_worn_mm(pads, settings.wear):.1f} mm away; if it is right all the "
+            f"same, say `wear reset --wheelset {gauge.wheelset}` first: no wear rate is learned from it then"
+        )
     if gauge.thickness_mm <= _greatest_mm(pads, gauge_std_mm):
         return
     reason = (
@@ -127,6 +134,19 @@ def _check(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
 def _greatest_mm(pads: PadWear, gauge_std_mm: float) -> float:
     """What these pads may measure at most."""
     return pads.gauge_thickness_mm + 3.0 * hypot(pads.gauge_std_mm, gauge_std_mm)
+
+
+def _least_mm(pads: PadWear, gauge_std_mm: float, wear: WearSettings) -> float:
+    """What they may measure at least; those that nobody has measured yet may be worn as far as it goes."""
+    if pads.gauged_time_s is None:
+        return 0.0
+    std_mm = hypot(pads.gauge_std_mm, gauge_std_mm)
+    return pads.gauge_thickness_mm - _most_worn_mm(pads, wear) - 3.0 * std_mm
+
+
+def _most_worn_mm(pads: PadWear, wear: WearSettings) -> float:
+    """Since the last reading, at the greatest wear rate that is believed."""
+    return energy_loss_mm(pads.since_gauge.energy_j, wear.greatest_specific_wear_cm3_per_mj, wear)
 
 
 def _brakes(store: Store, settings: Settings) -> Brakes:
