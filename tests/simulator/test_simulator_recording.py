@@ -190,6 +190,15 @@ def test_a_pole_wheel_that_runs_out_tells_too_much_and_too_little_once_a_revolut
     assert np.mean(relative[rolls]) == pytest.approx(0.0, abs=0.1 * share)
 
 
+def test_hydraulic_brakes_are_no_air_brakes_that_never_press() -> None:
+    """Their springs alone take more than the pressure of air gives."""
+    wagon = settings("wagon")
+    forces = tuple(msgspec.structs.replace(own, scale=520.0, offset=-2080.0) for own in wagon.signals.pressing_force)
+    hydraulic = msgspec.structs.replace(wagon, signals=msgspec.structs.replace(wagon.signals, pressing_force=forces))
+    for gear, by_air in zip(brake_gears(hydraulic), brake_gears(wagon), strict=True):
+        assert 0.3 * by_air.full_force_n < gear.full_force_n < 3.0 * by_air.full_force_n
+
+
 def test_pages_of_a_multiplexed_message_take_turns() -> None:
     pages = decoded(run(SHORT, settings("wagon"), seed=5), "BCU_Status", "Status_page")[1]
     assert pages[:6].tolist() == [0, 1, 2, 0, 1, 2]

@@ -23,6 +23,7 @@ NO_MODIFIERS = Modifiers()
 
 DEFAULT_UTILISATION = 0.11  # adhesion that a full brake asks for, where the mapping does not tell the brake gear
 SPRING_BAR = 0.25
+LEAST_BY_AIR = 0.1  # of such a brake: what presses less at full air pressure is hydraulic, with a hundred bar and more
 
 TRUTH_WAGON_COLUMNS = (
     "time_s",
@@ -121,18 +122,20 @@ def run(
 
 
 def brake_gears(settings: Settings) -> tuple[BrakeGear, ...]:
-    """The brake gear of each wheelset: from the mapping where that goes from bar to newton, else a plausible one."""
+    """The brake gear of each wheelset: from the mapping where that goes from air to newton, else a plausible one."""
     return tuple(_brake_gear(settings, i, mapping) for i, mapping in enumerate(settings.signals.pressing_force))
 
 
 def _brake_gear(settings: Settings, wheelset: int, mapping: SignalMapping) -> BrakeGear:
     newton = 1000.0 if mapping.unit == "kN" else 1.0
-    if signal_unit(settings, mapping) == "bar":
-        return BrakeGear(mapping.scale * newton, mapping.offset * newton)
     vehicle = settings.vehicle
     load_n = vehicle.mass_kg * GRAVITY_MPS2 / vehicle.wheelset_count
     lever = vehicle.wheel_radius_m[wheelset] / (NOMINAL_FRICTION * vehicle.brake_radius_m[wheelset])
     full_n = DEFAULT_UTILISATION * load_n * lever
+    if signal_unit(settings, mapping) == "bar":
+        gear = BrakeGear(mapping.scale * newton, mapping.offset * newton)
+        if gear.full_force_n > LEAST_BY_AIR * full_n:
+            return gear
     if mapping.max is not None:
         full_n = min(full_n, mapping.max * newton)
     per_bar_n = full_n / (FULL_PRESSURE_BAR - SPRING_BAR)
