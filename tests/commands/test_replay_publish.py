@@ -1,7 +1,9 @@
 """What `replay --publish` answers, to who asks while it plays."""
 
 import json
+import re
 import shutil
+import subprocess
 from pathlib import Path
 from typing import Any
 
@@ -44,3 +46,13 @@ def test_nobody_acknowledges_an_alarm_of_a_recording(tmp_path: Path) -> None:
         (reply,) = replies(other, "acknowledge", payload=json.dumps({"id": told["id"]}))
         assert reply.err is not None
         assert reply.err.payload.to_string() == "this is a recording, and what it tells of is over"
+
+
+def test_it_says_where_it_publishes(tmp_path: Path) -> None:
+    """Nobody could guess the port that is taken where none is configured."""
+    (tmp_path / "lost.log").write_text("\n".join(frames()) + "\n")
+    arguments = ("replay", "-c", VEHICLES / "wagon.toml", tmp_path / "lost.log", "--publish")
+    ended = subprocess.run([BRAKE_MONITOR, *arguments], capture_output=True, text=True, check=True, timeout=PATIENCE_S)
+    told = re.search(r"^publishing brake/v1/wagon-8127, tcp/127\.0\.0\.1:(\d+)$", ended.stderr, re.MULTILINE)
+    assert told is not None, ended.stderr
+    assert int(told[1]) > 0

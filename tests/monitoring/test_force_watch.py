@@ -288,6 +288,19 @@ def test_a_force_that_dies_in_mid_brake_is_contradicted_where_the_wagon_does_not
     assert all(since_s(released, i, CONTRADICTED) is None for i in range(count))
 
 
+@pytest.mark.parametrize("vents_s", [11.5, 12.0, 14.0, 15.0])
+@pytest.mark.parametrize("fill_s", [2.0, 4.0, 6.0, 8.0])
+def test_a_brake_that_is_cut_out_while_the_others_still_fill_has_not_died(vents_s: float, fill_s: float) -> None:
+    """They make up for what it took: for a while the wagon retards as before, as if it had not noticed."""
+
+    def fills(time_s: float) -> float:
+        return 2.0 * FULL_N * min(max((time_s - BRAKE_S) / fill_s, 0.0), 1.0)
+
+    cut_out: Forces = lambda t: (fills(t) if t < vents_s else 0.0, *(fills(t),) * 3)  # noqa: E731
+    found = judged(cut_out, cut_out, vehicle("bogie"), creeps=False, until_s=19.0)
+    assert since_s(found, 0, CONTRADICTED) is None
+
+
 @pytest.mark.parametrize("lags_s", [0.0, 0.1], ids=["at once", "one observation later"])
 def test_a_force_that_was_lost_over_the_release_has_not_died_when_it_is_back(lags_s: float) -> None:
     """It was held meanwhile at what it said last, and says 0 as it should."""

@@ -69,6 +69,8 @@ def play(playback: Playback) -> str:
         wear = stack.enter_context(_output(playback.wear))
         if publisher is not None:
             stack.enter_context(publisher)
+            where = ", ".join(publisher.endpoints or settings.zenoh.connect)
+            print(f"publishing {settings.zenoh.prefix}/{settings.vehicle.id}, {where}", file=sys.stderr)
         for outputs in _played(pipeline, log, playback):
             summary.see(outputs)
             if publisher is not None:

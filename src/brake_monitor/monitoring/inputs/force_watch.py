@@ -296,18 +296,23 @@ class ForceWatch:
         before = self._past[0]
         if before.forces_n[i] < PRESSES_N or self._pressing[i] or not before.told[i]:
             return False
-        if now.time_s - before.time_s < COMPARED_S or before.total_mps2 is None:
+        if min(now.time_s - before.time_s, before.time_s - self._applied_s) < COMPARED_S or before.total_mps2 is None:
             return False
         since = [past for past in self._past if past.time_s >= before.time_s + FELL_S]
         total_mps2 = self._past[-1].total_mps2
         if any(past.forces_n[i] >= self._contact_force_n for past in since) or total_mps2 is None:
             return False
+        others_mps2 = 0.0  # more than before
         for k, before_n in enumerate(before.forces_n):
             now_n = self._past[-1].forces_n[k]
-            if k != i and abs(now_n - before_n) > OTHERS_CHANGED * max(now_n, before_n):
+            if k == i:
+                continue
+            if abs(now_n - before_n) > OTHERS_CHANGED * max(now_n, before_n):
                 return False
+            others_mps2 += self._expected_mps2(k, now_n - before_n, now.mass_kg)
         expected_mps2 = self._expected_mps2(i, before.forces_n[i], now.mass_kg)
-        missing_mps2 = before.total_mps2 - total_mps2
+        told = [past.total_mps2 for past in self._past if past.total_mps2 is not None]
+        missing_mps2 = max(told) + others_mps2 - total_mps2  # these means follow a brake that has just come on
         return expected_mps2 > LEAST_RETARDATION_MPS2 and missing_mps2 < WORKS * expected_mps2
 
 
