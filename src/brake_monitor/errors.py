@@ -6,6 +6,13 @@ class BrakeMonitorError(Exception):
 
     exit_code = 1
 
+    def __str__(self) -> str:
+        """The sentence, without characters that a terminal would obey: the names in it may hold any."""
+        sentence = super().__str__()
+        if sentence.isprintable():
+            return sentence
+        return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in sentence)
+
 
 class InputError(BrakeMonitorError):
     """Bad usage, configuration, DBC, log or option: names the file, key or line and what was expected."""

@@ -202,6 +202,15 @@ def test_a_wrong_key_is_named_with_its_line(folder: Path, old: str, new: str, se
     assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: {sentence}")
 
 
+def test_a_name_that_a_terminal_would_obey_is_told_as_it_is_written(folder: Path) -> None:
+    config = folder / "wagon.toml"
+    config.write_text(config.read_text().replace('message = "GNSS",', 'message = "G\\nS\\u001b[31mü",'))
+    code, error = brake_monitor(folder, ["check", "-c", "wagon.toml"])
+    assert code == 2
+    assert r"G\nS\x1b[31mü" in error
+    assert error.count("\n") == 1
+
+
 def test_the_nearest_name_is_the_one_that_differs_in_its_letters_size_only(folder: Path) -> None:
     """n_a is n_A, and not the other wheelset's n_B, which is as near by its letters."""
     edit(folder, 'signal = "n_A"', 'signal = "n_a"')
