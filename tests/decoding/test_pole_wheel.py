@@ -143,6 +143,17 @@ def test_a_frame_that_comes_twice_or_late_is_no_turn() -> None:
     assert rms((twice[:, 3] - speed_radps[::2])[time_s[::2] > LEARNT_S]) < 1.1 * NOISE_STD_RADPS
 
 
+def test_a_sensor_that_freezes_is_seen_to_repeat_itself() -> None:
+    """What turns with the angle alone would look alive."""
+    time_s, speed_radps = rolling(60.0)
+    readings = told(time_s, speed_radps, share=0.004)
+    frozen = (time_s >= 40.0) & (time_s < 42.0)
+    readings[frozen] = readings[frozen][0]
+    found = true(time_s, readings)
+    assert len(set(found[frozen][2:].tolist())) == 1
+    assert rms((found - speed_radps)[(time_s > 45.0) & (time_s < 60.0)]) < 1.1 * NOISE_STD_RADPS
+
+
 @pytest.mark.parametrize("spike_radps", [150.0, 1e300, float("inf"), float("nan")])
 def test_after_a_spike_it_is_learned_anew(spike_radps: float) -> None:
     """The wheel did not turn on by that."""

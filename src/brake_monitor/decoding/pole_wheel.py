@@ -14,6 +14,7 @@ MOST_TURN_RAD = 2.5  # from reading to reading, on average: with less than two a
 READINGS = 24  # ... and ...
 TURNED_RAD = 6.0 * pi  # ... so far: long enough for a look, and short enough for a ratio that is not known yet
 LONGEST_LOOK_S = 6.0
+STANDS_STILL = 3  # repetitions in a row; two come by chance where noise is no more than some steps of the sensor
 REST_S = 10.0  # where there is none
 
 
@@ -24,6 +25,8 @@ class PoleWheel:
         self.run_out = RunOut()
         self._noise_std_radps = noise_std_radps
         self._time_s, self._speed_radps, self._angle_rad = -inf, 0.0, 0.0
+        self._true_radps = 0.0  # what was made of it ...
+        self._repeated = 0  # ... and how often it was told again
         self._knows_angle = False
         self._usual_step_s = inf  # between readings
         self._rests_until_s = -inf
@@ -32,26 +35,31 @@ class PoleWheel:
         self._angles_rad: list[float] = []
 
     def true(self, time_s: float, speed_radps: float) -> float:
-        """The speed that a reading tells of."""
+        """The speed that a reading tells of. One that repeats itself stays as it was: so a sensor that froze shows."""
         step_s = time_s - self._time_s
         if -MOST_LATE_S <= step_s <= 0.0:  # a frame that came late, or once more
             return self._without_run_out(self._angle_rad + speed_radps * step_s, speed_radps)
         before_radps, self._time_s, self._speed_radps = self._speed_radps, time_s, speed_radps
         goes_on = 0.0 < step_s <= LONGEST_GAP_S and abs(speed_radps - before_radps) <= JUMP_RADPS
-        if not goes_on or abs(speed_radps) < LEAST_RADPS:
-            if self._knows_angle:
-                self._lose_angle()
-            return speed_radps
+        if goes_on and abs(speed_radps) >= LEAST_RADPS:
+            self._turn_on(0.5 * (before_radps + speed_radps) * step_s * (1.0 + self.run_out.ratio))
+        elif self._knows_angle:
+            self._lose_angle()
+        self._repeated = self._repeated + 1 if speed_radps == before_radps else 0
+        if self._repeated < STANDS_STILL:
+            self._true_radps = self._without_run_out(self._angle_rad, speed_radps)
+        return self._true_radps
+
+    def _turn_on(self, by_rad: float) -> None:
+        """Go on by the newest reading."""
         self._knows_angle = True
-        turned_rad = 0.5 * (before_radps + speed_radps) * step_s * (1.0 + self.run_out.ratio)
-        self._angle_rad = angle_rad = self._angle_rad + turned_rad
-        if time_s >= self._rests_until_s:
-            self._times_s.append(time_s)
-            self._speeds_radps.append(speed_radps)
-            self._angles_rad.append(angle_rad)
+        self._angle_rad += by_rad
+        if self._time_s >= self._rests_until_s:
+            self._times_s.append(self._time_s)
+            self._speeds_radps.append(self._speed_radps)
+            self._angles_rad.append(self._angle_rad)
             if len(self._times_s) >= READINGS:
                 self._look()
-        return self._without_run_out(angle_rad, speed_radps)
 
     def _without_run_out(self, angle_rad: float, speed_radps: float) -> float:
         run_out = self.run_out
