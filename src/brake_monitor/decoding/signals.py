@@ -86,7 +86,9 @@ class SignalDecoder:
         message = self._by_id.get(key) or self._message_by_pgn(key)
         if message is not None:
             samples = message.decode(frame)
-            return self._true(samples) if message.tells_wheel_speeds else samples
+            if message.tells_wheel_speeds:
+                self._put_right(samples)
+            return samples
         self.counts.frames += 1
         self.counts.unmapped += 1
         if key in self._other_width:
@@ -150,14 +152,13 @@ class SignalDecoder:
         bus, extended, can_id = key
         return self._by_pgn.get((bus, pgn_bits(can_id))) if extended and self._by_pgn else None
 
-    def _true(self, samples: list[Sample]) -> list[Sample]:
-        """The same, wheel speeds without what their pole wheels add."""
-        return [
-            sample._replace(value=self.pole_wheels[sample.measurand].true(sample.time_s, sample.value))
-            if sample.quantity is Quantity.AXLE_SPEED and sample.quality is Quality.GOOD
-            else sample
-            for sample in samples
-        ]
+    def _put_right(self, samples: list[Sample]) -> None:
+        """Take away from wheel speeds what their pole wheels add."""
+        for place, sample in enumerate(samples):
+            if sample.quantity is Quantity.AXLE_SPEED and sample.quality is Quality.GOOD:
+                true = self.pole_wheels[sample.measurand].true(sample.time_s, sample.value)
+                if true != sample.value:
+                    samples[place] = sample._replace(value=true)
 
     def _count_kind(self, kind: FrameKind) -> None:
         self.counts.frames += 1

@@ -75,9 +75,8 @@ class ForceWatch:
         self._pressing: tuple[bool, ...] = ()
         self._creep_per_n = 0.0  # of those that press, mean since the same ones have, while they are watched ...
         self._crept = 0  # ... observations
-        self._late_per_n = self._learned_late_per_n = (
-            0.0  # what a late speed may have had in it, and in what is learned
-        )
+        self._late_per_n = 0.0  # what a late speed may have had in it ...
+        self._learned_late_per_n = 0.0  # ... and in what brakes have learned
         self._brakes = [WatchedForce() for _ in self._levers]
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
         self.idle = frozenset[int]()  # wheelsets whose brakes have shown to do nothing, and have not pressed since
