@@ -112,7 +112,7 @@ def shown(value: Any) -> str:
         case bool():
             return str(value).lower()
         case str():
-            return f'"{_printable(value)}"'
+            return f'"{value}"'
         case int() if abs(value) > _LARGEST_SHOWN:
             return "a number of more than 40 digits"
         case _:
@@ -121,7 +121,7 @@ def shown(value: Any) -> str:
 
 def _in_words(what: str, line: str) -> str:
     """What tomllib says, put better where it would not help the author of the line."""
-    name = _printable(line.partition("=")[0].strip())
+    name = line.partition("=")[0].strip()
     if what == "Cannot overwrite a value":
         return f"{name} stands twice" + (", once without [[ ]]" if name.startswith("[[") else "")
     if re.fullmatch(r"Cannot declare \(.*\) twice", what):
@@ -133,11 +133,6 @@ def _in_words(what: str, line: str) -> str:
     return _PLAINER.get(what, what)
 
 
-def _printable(text: str) -> str:
-    """Without characters that a terminal would obey."""
-    return text if text.isprintable() else text.encode("unicode_escape").decode()
-
-
 def _dotted(key: KeyPath) -> str:
     """vehicle.mass_kg, signals.axle_speed[2].unit: places are counted from 1 like wheelsets."""
-    return "".join(f"[{part + 1}]" if isinstance(part, int) else f".{_printable(part)}" for part in key).lstrip(".")
+    return "".join(f"[{part + 1}]" if isinstance(part, int) else f".{part}" for part in key).lstrip(".")
