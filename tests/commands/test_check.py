@@ -64,6 +64,7 @@ def wagon(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> Wagon:
 def test_each_message_is_shown_with_the_frames_that_are_taken_for_it(capsys: pytest.CaptureFixture[str]) -> None:
     code, lines = check(capsys, VEHICLES / "bogie.toml")
     assert code == 0
+    assert "wsp_active 1 WspState.wsp_1 - 0.10 s 0.000 s" in lines  # a flag is no measurement
     assert 'WheelSpeeds PGN FF20, J1939: its VFrameFormat is "J1939PG"' in lines
     assert "BrakeLead id 08FF3021, J1939, but BrakeTrail has the same PGN" in lines
     _, lines = check(capsys, VEHICLES / "wagon.toml")
@@ -133,6 +134,10 @@ SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
          ["vehicle.brake_radius_m: pads at the wheel's radius are blocks, whose friction rises as they slow down"]),
         ("wheel_radius_m = 0.445", "wheel_radius_m = 0.89",
          ["vehicle.wheel_radius_m: 0.89 m is more than railway wheels have; is it the diameter?"]),
+        ("wheelset_inertia_kgm2 = 118.0", "wheelset_inertia_kgm2 = 11.8",
+         ["vehicle.wheelset_inertia_kgm2: 11.8 kg m2 at this wheel radius stand for 60 kg of the 18000 kg on each"]),
+        ("wheelset_inertia_kgm2 = 118.0", "wheelset_inertia_kgm2 = [118.0, 1180.0]",
+         ["vehicle.wheelset_inertia_kgm2: 1180 kg m2 at this wheel radius stand for 5959 kg of the 18000 kg on each"]),
         (V, V + ", delay_s = 20", ["signals.speed.delay_s: 20 s is more than sensors lag; is it in milliseconds?"]),
         (N_A, N_A + ", timeout_s = 100",
          ["signals.axle_speed[1].timeout_s: for 100 s a value that is lost would count as good; is it in mill"]),

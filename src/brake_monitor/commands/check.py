@@ -22,8 +22,8 @@ from brake_monitor.inspection.traffic import SignalLine, Traffic
 from brake_monitor.nearest import nearest
 from brake_monitor.plural import plural
 from brake_monitor.publishing.zenoh_endpoints import check_endpoints, naming_endpoints, unprotected
-from brake_monitor.samples import ESSENTIAL
-from brake_monitor.settings.config import Settings
+from brake_monitor.samples import ESSENTIAL, FLAGS
+from brake_monitor.settings.config import Settings, Vehicle
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.units import shown_unit
 
@@ -41,6 +41,8 @@ exit code 1 when a speed, an axle speed or a pressing force has no good value in
 SHOWN_UNMAPPED = 10
 NAME_WIDTH = 24  # of the column of messages and signals; longer ones widen it
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
+# J/r^2 of a wheelset, of its share of the mass: 0.015 under a laden wagon, 0.1 under an empty one, 0.3 with motors
+LEAST_TURNING_MASS, GREATEST_TURNING_MASS = 0.006, 0.32
 GREATEST_DELAY_S = 1.0  # sensors and their filters lag by tenths of a second
 GREATEST_TIMEOUT_S = 60.0  # where the wagon is after so long, and how fast, no last value tells
 
@@ -93,10 +95,11 @@ def _configuration(settings: Settings, decoder: SignalDecoder) -> str:
         f"{'quantity':<18}{'message.signal':<{width}}{'noise (1 sigma)':>18}{'time-out':>10}{'delay':>9}",
     ]
     for channel in decoder.channels:
-        unit, qualifier = shown_unit(channel.quantity), decoder.qualifiers.get(channel.measurand)
+        noise = f"{significant(channel.noise_std, 3)} {shown_unit(channel.quantity)}"
+        qualifier = decoder.qualifiers.get(channel.measurand)
         lines.append(
             f"{channel.name:<18}{channel.source:<{width}}"
-            f"{f'{significant(channel.noise_std, 3)} {unit}':>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
+            f"{'-' if channel.quantity in FLAGS else noise:>18}{channel.timeout_s:>8.2f} s{channel.delay_s:>7.3f} s"
             + ("" if qualifier is None else f"  used while {qualifier}")
         )
     lines += ["", f"{'message':<{width}}frames taken for it"]
@@ -126,9 +129,22 @@ def _doubts(settings: Settings) -> Iterator[str]:
                 f"vehicle.brake_radius_m: {brake_m:g} m is more than the wheel's {wheel_m:g} m, "
                 "which only discs on geared shafts have"
             )
+    yield from _on_inertia(vehicle)
     yield from _on_times(settings)
     yield from _on_blocks(settings)
     yield from _on_buses(settings)
+
+
+def _on_inertia(vehicle: Vehicle) -> Iterator[str]:
+    """A power of ten is easily lost in it, and slides would be told wrong."""
+    share_kg = vehicle.mass_kg / vehicle.wheelset_count
+    for inertia, radius_m in sorted(set(zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True))):
+        if not LEAST_TURNING_MASS < inertia / radius_m**2 / share_kg < GREATEST_TURNING_MASS:
+            yield (
+                f"vehicle.wheelset_inertia_kgm2: {inertia:g} kg m2 at this wheel radius stand for "
+                f"{inertia / radius_m**2:.0f} kg of the {share_kg:.0f} kg on each wheelset; wheelsets stand for 1 to "
+                "10 %, with motors for up to 30 %"
+            )
 
 
 def _on_times(settings: Settings) -> Iterator[str]:
