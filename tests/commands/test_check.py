@@ -128,6 +128,8 @@ SCALED = "scale = 18600.0, offset = -4650.0, min = 0.0, noise_std"
         ('[0|400] "km/h"', '[0|400] "Km/h"', []),
         ('[0|150] "m/s"', '[0|150] ""', []),
         ('(0.005,0) [0|150] "m/s"', '(0.005,0) [0|150] "kn"', ['signals.speed: the DBC has "v_ground" in kn']),
+        ('[0|150] "m/s"', '[0|0] "m/s"', []),
+        ('[0|150] "m/s"', '[150|0] "m/s"', ['signals.speed: the DBC gives "v_ground" the range [150|0], which holds']),
         ('[-90|90] "deg"', '[-90|90] ""', ['signals.latitude: neither the mapping nor the DBC names a unit']),
         ("brake_radius_m = 0.247", "brake_radius_m = 0.5", ["vehicle.brake_radius_m: 0.5 m is more than the wheel's"]),
         ("brake_radius_m = 0.247", "brake_radius_m = 0.44",

@@ -51,7 +51,7 @@ class Route:
     message: Message
     entries: tuple[MappedSignal, ...]
     counter: RollingCounter | None
-    remarks: tuple[str, ...]  # doubts about the units of its signals
+    remarks: tuple[str, ...]  # doubts about the units and ranges of its signals
 
 
 @dataclass(frozen=True, slots=True)
@@ -142,8 +142,8 @@ def _route(database: BusDatabase, group: list[_Wanted]) -> Route:
         timeout_s = max(entry.channel.timeout_s for entry in entries if entry.counter)
         with counted[0].named("counter"):
             counter = RollingCounter(counter_fields[0], timeout_s)
-    remarks = tuple(remark for wanted in group if (remark := _unit_remark(wanted, message)))
-    return Route(matching, message, tuple(entries), counter, remarks)
+    doubts = (doubt(wanted, message) for doubt in (_unit_remark, _range_remark) for wanted in group)
+    return Route(matching, message, tuple(entries), counter, tuple(remark for remark in doubts if remark))
 
 
 def _check_agreement(group: list[_Wanted], name: str) -> None:
@@ -230,6 +230,15 @@ def _unit_remark(wanted: _Wanted, message: Message) -> str | None:
     if not mapping.unit:
         taken = f"and without `unit` it is taken as {default}"
     return f'{wanted.key}: the DBC has "{mapping.signal}" in {written}, {taken}; `unit` or `scale` converts'
+
+
+def _range_remark(wanted: _Wanted, message: Message) -> str | None:
+    """Say where the DBC gives no range by what looks like one: a value out of it is believed."""
+    signal = message.get_signal_by_name(wanted.mapping.signal)
+    least, most = signal.minimum or 0, signal.maximum or 0
+    if least < most or least == most == 0:
+        return None
+    return f'{wanted.key}: the DBC gives "{signal.name}" the range [{least}|{most}], which holds nothing: not used'
 
 
 def _counter_fields(counted: list[_Wanted], message: Message) -> list[SignalField]:
