@@ -5,7 +5,7 @@ import os
 import re
 import signal
 import sys
-from argparse import Action, ArgumentError, ArgumentParser, Namespace, RawDescriptionHelpFormatter
+from argparse import SUPPRESS, Action, ArgumentError, ArgumentParser, Namespace, RawDescriptionHelpFormatter
 from collections.abc import Sequence
 from contextlib import nullcontext
 from importlib import import_module
@@ -95,7 +95,7 @@ class OneSentenceParser(ArgumentParser):
         """Let the command itself refuse what it does not know; its options are not those of the program."""
         options, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            names = [name for action in self._actions for name in action.option_strings]
+            names = [name for action in self._actions if action.help != SUPPRESS for name in action.option_strings]
             close = nearest(unknown[0].partition("=")[0], names)
             hint = f", {close}" if unknown[0].startswith("-") and close.startswith("did") else ""
             self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")

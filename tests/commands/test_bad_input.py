@@ -703,6 +703,9 @@ def test_figures_without_their_extra_before_any_work(folder: Path, monkeypatch: 
         ("wear shwo", 'argument ACTION: invalid choice: "shwo", did you mean "show"?'),
         ("simulate dry -o x.log --seed -1", "--seed: expected a whole number from 0 on, got '-1'"),
         ("demo --seed 1.5", "--seed: expected a whole number from 0 on, got '1.5'"),
+        ("report -c wagon.toml good.log --output=", "argument -o/--output: expected a path, got ''"),
+        ("wear show -c wagon.toml --state=", "argument --state: expected a path, got ''"),
+        ("dashboard --port 1", "unrecognized arguments: --port 1 (see"),  # an option that is not for people is near
         ("replay good.log", "the following arguments are required: -c/--config"),
         ("repaly", 'argument COMMAND: invalid choice: "repaly", did you mean "replay"?'),
     ],

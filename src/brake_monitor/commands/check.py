@@ -4,7 +4,6 @@ import os
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from dataclasses import asdict
-from pathlib import Path
 
 import can
 
@@ -50,7 +49,7 @@ GREATEST_TIMEOUT_S = 60.0  # where the wagon is after so long, and how fast, no 
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
     shared.add_config(parser)
-    parser.add_argument("log", type=Path, nargs="?", metavar="LOG", help="a recording to look into")
+    parser.add_argument("log", type=shared.path, nargs="?", metavar="LOG", help="a recording to look into")
 
 
 def run(options: Namespace) -> int:

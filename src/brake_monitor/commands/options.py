@@ -16,7 +16,7 @@ SMALLEST, LARGEST = sys.float_info.min, sys.float_info.max
 def add_config(parser: ArgumentParser) -> None:
     """-c CONFIG, the vehicle's configuration."""
     parser.add_argument(
-        "-c", "--config", type=Path, required=True, metavar="CONFIG", help="the vehicle's configuration (TOML)"
+        "-c", "--config", type=path, required=True, metavar="CONFIG", help="the vehicle's configuration (TOML)"
     )
 
 
@@ -26,7 +26,7 @@ def add_zenoh_source(parser: ArgumentParser) -> None:
     where.add_argument(
         "--connect", metavar="ENDPOINT", default="tcp/127.0.0.1:7447", help="router or daemon (default: %(default)s)"
     )
-    where.add_argument("--zenoh-config", type=Path, metavar="FILE", help="a Zenoh configuration (JSON5) of your own")
+    where.add_argument("--zenoh-config", type=path, metavar="FILE", help="a Zenoh configuration (JSON5) of your own")
     parser.add_argument("--prefix", type=key, default="brake/v1", help="of the keys (default: %(default)s)")
 
 
@@ -34,6 +34,13 @@ def add_jobs(parser: ArgumentParser, what: str = "processes") -> None:
     """--jobs: how many processes work at the same time."""
     jobs = os.cpu_count() or 1
     parser.add_argument("--jobs", type=count, default=jobs, metavar="N", help=f"{what} (default: one per processor)")
+
+
+def path(text: str) -> Path:
+    """A file's or folder's; a shell variable that is not set makes an empty one, which Path takes for the folder."""
+    if not text:
+        raise ArgumentTypeError("expected a path, got ''")
+    return Path(text)
 
 
 def key(text: str) -> str:

@@ -37,24 +37,24 @@ examples:
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
     shared.add_config(parser)
-    parser.add_argument("logs", type=Path, nargs="+", metavar="LOG", help="a recording")
+    parser.add_argument("logs", type=shared.path, nargs="+", metavar="LOG", help="a recording")
     parser.add_argument(
         "-o",
         "--output",
-        type=Path,
+        type=shared.path,
         metavar="OUT.csv",
         help="write one row per estimate ('-' for stdout); Parquet when it ends in .parquet; "
         "of several recordings a '*' in the name stands for the recording's",
     )
     parser.add_argument(
         "--alarms",
-        type=Path,
+        type=shared.path,
         metavar="OUT.jsonl",
         help="write one JSON object per alarm, in the order of raising, as it stands at the end ('-' for stdout)",
     )
     parser.add_argument(
         "--wear",
-        type=Path,
+        type=shared.path,
         metavar="OUT.jsonl",
         help="write one JSON object per wheelset: use and thickness of its pads at the end ('-' for stdout)",
     )

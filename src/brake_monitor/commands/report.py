@@ -1,7 +1,6 @@
 """`brake-monitor report`: one file that tells all of a recording."""
 
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
@@ -32,10 +31,13 @@ FORMATS = ("svg", "png")
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
     shared.add_config(parser)
-    parser.add_argument("log", type=Path, metavar="LOG", help="the recording")
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="OUT.html", help="the report")
+    parser.add_argument("log", type=shared.path, metavar="LOG", help="the recording")
+    parser.add_argument("-o", "--output", type=shared.path, required=True, metavar="OUT.html", help="the report")
     parser.add_argument(
-        "--figures", type=Path, metavar="DIR", help="write every figure there as a file of its own (extra 'report')"
+        "--figures",
+        type=shared.path,
+        metavar="DIR",
+        help="write every figure there as its own file (extra 'report')",
     )
     parser.add_argument("--format", choices=FORMATS, help="of these files (default: svg)")
 

@@ -1,8 +1,8 @@
 """`brake-monitor schema`: the JSON Schemas of what is published."""
 
 from argparse import ArgumentParser, Namespace
-from pathlib import Path
 
+from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
 from brake_monitor.host.whole_file import make_folder, whole_file
 from brake_monitor.publishing.payload_schemas import TYPES, schema
@@ -22,7 +22,7 @@ def add_options(parser: ArgumentParser) -> None:
     """Its options."""
     what = "which one to print; left out, their names are"
     parser.add_argument("name", nargs="?", metavar="NAME", choices=tuple(TYPES), help=what)
-    parser.add_argument("-o", "--output", type=Path, metavar="DIR", help="write all of them here")
+    parser.add_argument("-o", "--output", type=shared.path, metavar="DIR", help="write all of them here")
 
 
 def run(options: Namespace) -> int:

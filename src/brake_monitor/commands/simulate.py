@@ -5,7 +5,6 @@ from argparse import ArgumentParser, ArgumentTypeError, Namespace
 from collections.abc import Callable, Sequence
 from contextlib import nullcontext
 from dataclasses import replace
-from pathlib import Path
 
 import can
 
@@ -64,9 +63,10 @@ examples:
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
     parser.add_argument("scenario", choices=(*SCENARIOS, *TROUBLES, SERVICE), metavar="SCENARIO", help="see below")
-    parser.add_argument("-o", "--output", type=Path, metavar="LOG", help="the log; its suffix names the format")
-    parser.add_argument("--truth", type=Path, metavar="CSV", help="the truth, 100 rows a second, times as in the log")
-    parser.add_argument("--due", type=Path, metavar="JSONL", help="the alarms that are due by the truth, one per line")
+    parser.add_argument("-o", "--output", type=shared.path, metavar="LOG", help="the log; its suffix names the format")
+    what = "the truth, 100 rows a second, times as in the log"
+    parser.add_argument("--truth", type=shared.path, metavar="CSV", help=what)
+    parser.add_argument("--due", type=shared.path, metavar="JSONL", help="alarms due by the truth, one per line")
     parser.add_argument("--bus", type=_bus, metavar="INTERFACE:CHANNEL", help="send the frames on a python-can bus")
     parser.add_argument("--speed", type=shared.speed, metavar="FACTOR", help="of real time on the bus (default: 1)")
     parser.add_argument(
@@ -78,7 +78,9 @@ def add_options(parser: ArgumentParser) -> None:
     )
     parser.add_argument("--minutes", type=MINUTES_OF_SERVICE, metavar="M", help=f"of service (default: {MINUTES:g})")
     vehicle = parser.add_mutually_exclusive_group()
-    vehicle.add_argument("-c", "--config", type=Path, metavar="CONFIG", help="simulate this vehicle with its DBC")
+    vehicle.add_argument(
+        "-c", "--config", type=shared.path, metavar="CONFIG", help="simulate this vehicle with its DBC"
+    )
     vehicle.add_argument("--vehicle", choices=EXAMPLES, default="wagon", help="an example vehicle (default: wagon)")
     parser.add_argument(
         "--motors",

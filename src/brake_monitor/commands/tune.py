@@ -3,7 +3,6 @@
 from argparse import ArgumentParser, Namespace
 from collections.abc import Iterator
 from itertools import zip_longest
-from pathlib import Path
 
 from brake_monitor.bus.can_log import open_log
 from brake_monitor.commands import options as shared
@@ -46,9 +45,9 @@ Recordings should hold slides as well as service brakings: what does not occur i
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
     shared.add_config(parser)
-    parser.add_argument("log", type=Path, nargs="+", metavar="LOG", help="a recording")
+    parser.add_argument("log", type=shared.path, nargs="+", metavar="LOG", help="a recording")
     parser.add_argument(
-        "--truth", type=Path, action="append", default=[], metavar="CSV", help="one for each log, in their order"
+        "--truth", type=shared.path, action="append", default=[], metavar="CSV", help="one for each log, in their order"
     )
     parser.add_argument(
         "--evaluations",

@@ -3,7 +3,6 @@
 from argparse import ArgumentParser, Namespace
 from functools import partial
 from math import ceil
-from pathlib import Path
 
 from brake_monitor.commands import options as shared
 from brake_monitor.desk.progress import counted
@@ -40,7 +39,7 @@ A case is named VEHICLE/SCENARIO/CONDITION/ESTIMATOR."""
 
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the report")
+    parser.add_argument("-o", "--output", type=shared.path, required=True, metavar="DIR", help="folder for the report")
     parser.add_argument("--seeds", type=shared.count, metavar="N", help=f"runs of each case (default: {SEEDS})")
     shared.add_jobs(parser)
     parser.add_argument("--quick", action="store_true", help=f"{QUICK_SEEDS} seeds, two-axle wagon only")

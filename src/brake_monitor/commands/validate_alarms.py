@@ -44,7 +44,7 @@ A drive is named VEHICLE/SCENARIO/SEED; the vehicles are single, wagon and bogie
 
 def add_options(parser: ArgumentParser) -> None:
     """Its options."""
-    parser.add_argument("-o", "--output", type=Path, required=True, metavar="DIR", help="folder for the tables")
+    parser.add_argument("-o", "--output", type=shared.path, required=True, metavar="DIR", help="folder for the tables")
     parser.add_argument("--seeds", type=shared.count, default=SEEDS, metavar="N", help=f"of each (default: {SEEDS})")
     parser.add_argument(
         "--hours", type=HOURS_OF_SERVICE, default=HOURS, metavar="H", help=f"of ordinary service (default: {HOURS:g})"

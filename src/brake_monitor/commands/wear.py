@@ -5,7 +5,6 @@ from argparse import ArgumentParser, Namespace, _SubParsersAction
 from collections.abc import Callable
 from datetime import UTC, datetime
 from math import hypot
-from pathlib import Path
 
 from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
@@ -62,7 +61,7 @@ def _add_action(
     parser = actions.add_parser(name, help=summary, description=summary)
     shared.add_config(parser)
     parser.add_argument(
-        "--state", type=Path, metavar="DIR", help="the daemon's state directory (default: as it is configured)"
+        "--state", type=shared.path, metavar="DIR", help="the daemon's state directory (default: as it is configured)"
     )
     parser.set_defaults(act=act)
     return parser
