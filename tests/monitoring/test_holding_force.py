@@ -2,6 +2,7 @@
 
 from math import inf
 
+import numpy as np
 import pytest
 
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
@@ -72,3 +73,18 @@ def test_a_clock_that_is_set_back_leaves_no_force_ahead() -> None:
     force.see_force(100.0, 40e3)
     force.see_force(50.0, 0.0)
     assert force.largest_n == 0.0
+
+
+@pytest.mark.parametrize("together", [1, 7])
+def test_the_largest_is_that_of_all_readings_of_the_last_second_and_a_half(together: int) -> None:
+    """Of forces that rise, fall and stay; some are taken together."""
+    rng = np.random.default_rng(1)
+    forces_n = np.repeat(np.round(np.abs(np.cumsum(rng.normal(0.0, 2e3, 400))), -3), rng.integers(1, 4, 400))
+    times_s = np.cumsum(rng.choice([0.01, 0.1, 0.4], len(forces_n)))
+    force = holding()
+    for end in range(together, len(times_s), together):
+        begin = end - together
+        force.remember(times_s[begin:end].tolist(), forces_n[begin:end].tolist())
+        lately = times_s[:end] >= times_s[end - 1] - 1.5
+        assert force.largest_n == forces_n[:end][lately].max()
+        assert force.noted_s == times_s[end - 1]

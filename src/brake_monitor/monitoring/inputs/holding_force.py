@@ -25,7 +25,7 @@ class HoldingForce:
         self.pressing_force_n = 0.0
         self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does
         self.driven_s = -inf  # when the motor last drove it
-        self._lately: deque[tuple[float, float]] = deque()  # (time, what both together press like)
+        self._lately: deque[tuple[float, float]] = deque()  # (time, what both press like) where none later is larger
 
     def bear(self, mass_kg: float) -> None:
         """Note the mass of the wagon."""
@@ -45,35 +45,29 @@ class HoldingForce:
     @property
     def largest_n(self) -> float:
         """The largest that may have stopped the wheelset just now."""
-        return max((force_n for _, force_n in self._lately), default=0.0)
+        return self._lately[0][1] if self._lately else 0.0
 
     def see_force(self, time_s: float, pressing_force_n: float) -> None:
         """Take a good reading."""
         self.pressing_force_n = pressing_force_n
-        self._note(time_s)
+        self._note(time_s, pressing_force_n)
 
     def see_torque(self, time_s: float, accelerating_nm: float) -> None:
         """Take a good reading."""
         self.motor_force_n = self._force_per_nm * max(-accelerating_nm, 0.0)
         if self._force_per_nm * accelerating_nm >= self.least_n:
             self.driven_s = time_s
-        self._note(time_s)
+        self._note(time_s, self.pressing_force_n)
 
     def remember(self, times_s: Sequence[float], pressing_forces_n: Sequence[float]) -> None:
         """Remember several readings of the pads, taken together while the motor did nothing new."""
-        motor_force_n = self.motor_force_n
-        if times_s[-1] - times_s[0] > CAUSE_S:  # nothing before them counts any more
-            self._lately.clear()
-        self._lately.extend(
-            [(time_s, force_n + motor_force_n) for time_s, force_n in zip(times_s, pressing_forces_n, strict=True)]
-        )
-        self._forget(times_s[-1])
+        for time_s, pressing_force_n in zip(times_s, pressing_forces_n, strict=True):
+            self._note(time_s, pressing_force_n)
 
-    def _note(self, time_s: float) -> None:
-        self._lately.append((time_s, self.pressing_force_n + self.motor_force_n))
-        self._forget(time_s)
-
-    def _forget(self, time_s: float) -> None:
-        lately = self._lately
+    def _note(self, time_s: float, pressing_force_n: float) -> None:
+        force_n, lately = pressing_force_n + self.motor_force_n, self._lately
+        while lately and lately[-1][1] <= force_n:
+            lately.pop()
+        lately.append((time_s, force_n))
         while time_s - lately[0][0] > CAUSE_S or lately[0][0] > time_s:
             lately.popleft()
