@@ -175,3 +175,11 @@ def test_forces_that_are_gone_at_once_are_believed_once_the_wagon_rolls_on() -> 
     """They have died in mid-brake, say 0 ever after, and the brake is released: nothing is left that contradicts 0."""
     gone = [changed("BCU", (signal,), lambda _, __: 0.0, 9.0, 60.0) for signal in ("p_A", "p_B")]
     assert judged(LIGHT, *gone).during(19.0, 23.0).statuses == {Status.VALID}
+
+
+def test_nothing_is_counted_as_sliding_while_the_vehicles_speed_is_lost() -> None:
+    """The slip of a wheelset that turns more slowly than was foretold in a tunnel is not known."""
+    slower = signal_changed("wheel speed", lambda _, kmh: 0.85 * kmh, 14.0, 16.5)
+    seen = judged(DRY, slower, lost("GNSS", 13.5, 17.0))
+    assert max(estimate.wheelsets[0].slip for estimate in seen.during(14.0, 16.5).told) > 0.1
+    assert seen.told[-1].wheelsets[0].work.sliding_distance_m == 0.0

@@ -183,7 +183,7 @@ class Prediction(RegimeWatch):
             slip = slip_of(x[i], radius_m, speed_mps)
             if force_n != 0.0 and x[i] * radius_m > CRAWLING_MPS:
                 wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[self.friction_place + i])
-            if slip > SLIDING_SLIP:
+            if slip > SLIDING_SLIP and not self.now.speed_lost:
                 wheel.work.slide(slip, distance_m)
 
     def follow_forces(self, step_s: float) -> None:
