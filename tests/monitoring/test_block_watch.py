@@ -28,7 +28,12 @@ def wagon() -> tuple[Settings, tuple[Channel, ...]]:
 
 
 def speed_mps(time_s: float) -> float:
-    """A wagon that stands, starts, brakes to a halt, stands again, and moves on for a second."""
+    """A wagon that stands, starts, brakes to a halt, stands again, and moves on for a second.
+
+    As it brakes all speeds stand still for three seconds, as of a gateway that tells again what it was told last.
+    """
+    if LENGTH_S - 14.0 <= time_s < LENGTH_S - 11.0:
+        time_s = LENGTH_S - 14.0
     moves_on = 2.0 * min(time_s - LENGTH_S + 1.7, LENGTH_S - 0.3 - time_s)
     return max(0.0, min(3.0 * (time_s - 3.0), 20.0, 2.0 * (LENGTH_S - 4.0 - time_s)), moves_on)
 

@@ -449,6 +449,24 @@ def test_a_wheel_speed_that_misses_teeth_for_a_moment_tells_of_no_slide() -> Non
     assert set(states[101:400]) == {WheelState.CONTRADICTED}
 
 
+@pytest.mark.parametrize(("follows_s", "is_believed"), [(0.0, True), (0.08, True), (0.9, True), (1.3, False)])
+def test_a_wheel_speed_that_falls_with_the_vehicles_was_told_again_by_a_gateway(
+    follows_s: float, is_believed: bool
+) -> None:
+    """All fall at once to what they are by then. Later the wagon may have slowed down, and its sensor missed teeth."""
+    wagon, states = vehicle("wagon"), []
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    for k in range(800):
+        time_s = k / 50
+        speed_mps, rolling_mps = (20.0 if time_s < fall_s else 12.0 for fall_s in (10.0 + follows_s, 10.0))
+        show_all(watch, time_s, speed_mps, [rolling_mps / radius_m] * 2, pressing_n=20e3)
+        if k % 5 == 0:
+            slip = 1.0 - rolling_mps / speed_mps
+            own = (wheelset(slip=slip, omega_radps=rolling_mps / radius_m, pressing_force_n=20e3),) * 2
+            states += watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=own), [True, True])
+    assert set(states[230:]) == {WheelState.ROLLING if is_believed else WheelState.CONTRADICTED}
+
+
 @pytest.mark.parametrize("fall_s", [0.4, 0.6])
 def test_a_wheelset_that_its_brake_slows_down_slides(fall_s: float) -> None:
     """By 8 m/s. In 0.4 s twice the force could do that, with pads of 0.6."""

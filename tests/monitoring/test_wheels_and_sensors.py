@@ -261,6 +261,19 @@ def test_a_sensor_fault_is_told_as_such_and_as_nothing_else(fault: Fault, due: s
     assert set(found) == {(f"input_{kind}", wheelset) for kind, wheelset in due}
 
 
+@pytest.mark.parametrize(("scenario", "from_s", "to_s"), [(HARD, 8.0, 16.0), (LONG, 12.0, 18.0)])
+def test_what_a_gateway_tells_again_in_a_braking_accuses_no_sensor_after_it(
+    scenario: Scenario, from_s: float, to_s: float
+) -> None:
+    """All speeds fall at once when it hears of them again. Pads press meanwhile with a force that stands still too."""
+    found = alarms(repeating_gateway(from_s, to_s)(recording(scenario).frames))
+    assert set(found) == {("input_implausible", wheelset) for wheelset in (None, 1, 2)}
+    for alarm in found.values():
+        assert set(str(alarm.evidence["conditions"]).split(", ")) == {"repeated"}
+        assert alarm.raised_time_s - EPOCH_S < from_s + 2.5
+        assert alarm.cleared_time_s - EPOCH_S < to_s + 6.0
+
+
 def test_a_tunnel_beside_a_dead_wheel_speed_is_survived() -> None:
     """No slip is told while the vehicle speed is lost; a wheelset that seems to stand yet does not roll freely."""
     dies, tunnel = signal_changed("wheel speed", lambda *_: 0.0, 0.0, inf), lost("GNSS", 3.0, 11.0)

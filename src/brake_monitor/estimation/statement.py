@@ -88,9 +88,9 @@ class Statement:
 
     def _reasons(self, wagon: WagonReadout) -> tuple[str, ...]:
         """Why an estimate is not valid."""
+        doubts = in_words(int(wagon.doubts)) if wagon.trust in (LOST, UNCERTAIN, DOUBTED) else ()
         if wagon.trust == LOST:
-            return tuple(self._trust.reasons(ESSENTIAL))
-        doubts = in_words(int(wagon.doubts)) if wagon.trust in (UNCERTAIN, DOUBTED) else ()
+            return (*self._trust.reasons(ESSENTIAL), *doubts)
         return (*REASONS[wagon.trust], *doubts)
 
 

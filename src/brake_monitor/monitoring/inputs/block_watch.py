@@ -15,7 +15,7 @@ from brake_monitor.monitoring.inputs.descent import ROLLS
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.frozen_forces import ForceReading, FrozenForces
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
-from brake_monitor.monitoring.inputs.speed_bursts import READINGS, may_be_bursts
+from brake_monitor.monitoring.inputs.speed_bursts import may_be_bursts
 from brake_monitor.monitoring.inputs.speed_falls import FALL_SPAN_S, ROUNDING_S, falls
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed, most_without_jump_mps
 from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS, WatchedWheelset
@@ -133,7 +133,7 @@ class _WheelBlock:
         before = np.array(wheel.falls.speeds).reshape(-1, 2)
         time_s = np.concatenate((before[:, 0], speeds.time_s))
         is_odd |= may_be_bursts(time_s, np.concatenate((before[:, 1], rolling_mps)), wheel.hardest_mps2)[len(before) :]
-        is_odd[:READINGS] |= wheel.bursts.awaits
+        is_odd[: wheel.bursts.awaits(speeds.time_s)] = True
         self.odd = speeds.places[is_odd]  # it neither turns nor stands with the wagon, falls, or differs from before
         force_time_s = np.concatenate(([wheel.holding.noted_s], forces.time_s))
         self.rises = all(bool((t[1:] >= t[:-1]).all()) for t in (time_s, force_time_s))

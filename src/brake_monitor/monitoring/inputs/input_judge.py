@@ -224,6 +224,7 @@ def _by_sensor(channels: Sequence[Channel]) -> list[list[int]]:
 
 
 def speed_is_repeated(report: InputReport) -> InputReport:
-    """That of a speed says so unless it has something to say of this one alone."""
+    """That of a speed says so unless it has something to say of this one alone; so does what is frozen with them."""
     is_speed = report.channel.quantity in (SPEED, AXLE_SPEED) and report.condition is InputCondition.GOOD
-    return replace(report, condition=InputCondition.REPEATED) if is_speed else report
+    is_told_again = is_speed or report.condition is InputCondition.FROZEN
+    return replace(report, condition=InputCondition.REPEATED) if is_told_again else report

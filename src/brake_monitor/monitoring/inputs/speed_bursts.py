@@ -1,7 +1,8 @@
 """Whether a wheel speed falls as nothing stops a wheelset, and stays there: teeth or ice in the gap of its sensor.
 
 A brake takes some tenths of a second to slow a wheelset down. A sensor that misses teeth tells less from one reading
-to the next, and for a while. Readings that are off a few at a time are spikes, which the estimator sorts out.
+to the next, and for a while. Readings that are off a few at a time are spikes, which the estimator sorts out. Where
+the vehicle's speed falls as low as well, a gateway had told again what it was told last.
 """
 
 from collections.abc import Sequence
@@ -14,6 +15,7 @@ from brake_monitor.arrays import Bools, Floats
 SHORTEST_S = 0.1  # frames may be bunched, so that readings are this much older than they say
 READINGS = 5  # in a row
 RISES = 0.25  # of the fall, at the most, until they end; after a spike up and one down they are back by half of it
+WITHDRAWN_S = 1.0  # later the wagon may have slowed down by itself
 LASTS_S = 30.0  # after a burst another one is to be expected
 
 Reading = tuple[float, float]  # time in s, circumferential speed in m/s
@@ -25,12 +27,13 @@ class SpeedBursts:
     def __init__(self) -> None:
         self._low_mps = -inf  # a quarter of the last fall above its end, while readings stay below that; else -inf
         self._low = 0  # readings that have
-        self._burst_s = -inf  # when the last burst was seen
+        self._burst_s = -inf  # when the last burst was seen ...
+        self._burst_low_mps = -inf  # ... and what its readings stayed below
 
-    def see(self, before: Sequence[Reading], now: Reading, hardest_mps2: float) -> None:
+    def see(self, before: Sequence[Reading], now: Reading, vehicle_mps: float, hardest_mps2: float) -> None:
         """Take a reading, and those of the last tenths of a second before it: what falls back to them was a spike.
 
-        Brakes slow the wheelset by no more than `hardest_mps2`.
+        `vehicle_mps` is the vehicle's speed as read last. Brakes slow the wheelset by no more than `hardest_mps2`.
         """
         (before_s, before_mps), (time_s, rolling_mps) = before[-1], now
         fallen_mps = before_mps - rolling_mps
@@ -44,17 +47,18 @@ class SpeedBursts:
         else:
             self.forget()
         if self._low == READINGS:
-            self._burst_s = time_s
+            self._burst_s, self._burst_low_mps = time_s, self._low_mps
             self.forget()
+        if 0.0 <= time_s - self._burst_s < WITHDRAWN_S and vehicle_mps < self._burst_low_mps:
+            self._burst_s = -inf
 
     def forget(self) -> None:
         """What comes next does not go on with what came last."""
         self._low_mps, self._low = -inf, 0
 
-    @property
-    def awaits(self) -> bool:
-        """Whether the next readings tell more of a fall."""
-        return self._low > 0
+    def awaits(self, time_s: Floats) -> int:
+        """How many of the readings that come next, at these times, tell more of a fall."""
+        return _awaits(time_s, 0) if self._low else int(np.searchsorted(time_s, self._burst_s + WITHDRAWN_S))
 
     def is_on(self, time_s: float) -> bool:
         """Whether its readings are not to be believed."""
@@ -62,10 +66,16 @@ class SpeedBursts:
 
 
 def may_be_bursts(time_s: Floats, rolling_mps: Floats, hardest_mps2: float) -> Bools:
-    """Which of a wheelset's speeds, in order of time, fall so, or come right after one that does; shapes (K,)."""
+    """Which of a wheelset's speeds, in order of time, fall so, or come while it shows what that was; shapes (K,)."""
     fallen_mps = -np.diff(rolling_mps, prepend=rolling_mps[:1])
     falls = fallen_mps > hardest_mps2 * np.maximum(np.diff(time_s, prepend=time_s[:1]), SHORTEST_S)
-    may_be: Bools = falls.copy()
-    for later in range(1, READINGS):
-        may_be[later:] |= falls[:-later]
+    may_be = np.zeros(len(time_s), dtype=np.bool_)
+    for fall in np.flatnonzero(falls).tolist():
+        may_be[fall : _awaits(time_s, fall)] = True
     return may_be
+
+
+def _awaits(time_s: Floats, fall: int) -> int:
+    """The place of the first reading that tells nothing more of a fall in this place."""
+    known_s = time_s[fall : fall + READINGS]
+    return int(np.searchsorted(time_s, known_s[-1] + WITHDRAWN_S)) if len(known_s) else fall
