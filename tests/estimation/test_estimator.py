@@ -13,7 +13,7 @@ import pytest
 from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.tuning import WAGON
-from brake_monitor.samples import Channel, Quality, Quantity, Sample
+from brake_monitor.samples import Channel, InputCondition, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4), 6: (8.0, 6.2, 4.4, -4.4, -6.2, -8.0)}
@@ -608,6 +608,28 @@ def test_mass_from_the_load_pressure() -> None:
     assert estimator.estimate().mass_kg == 36_000.0  # half of the weight says nothing
     estimator.take(Sample(0.0, Quantity.LOAD_FORCE, 1, 150_000.0, Quality.GOOD))
     assert estimator.estimate().mass_kg == pytest.approx(250_000.0 / GRAVITY_MPS2)
+
+
+@pytest.mark.parametrize("broken_n", [0.0, 9_000.0, 3e6, float("nan")])
+def test_a_load_that_nothing_weighs_is_told_and_leaves_the_mass_as_it_was(broken_n: float) -> None:
+    """One of two, each of which bears 180 kN as configured; the other one goes on, and so does it when it is back."""
+    estimator = Estimator(
+        vehicle(2),
+        EstimatorSettings(),
+        [*channels(2), *(Channel(Quantity.LOAD_FORCE, i, "can0", "M", "load", 1.0, 0.0, 5.0) for i in range(2))],
+    )
+
+    def tell(time_s: float, first_n: float, second_n: float) -> float:
+        for i, load_n in enumerate((first_n, second_n)):
+            estimator.take(Sample(time_s, Quantity.LOAD_FORCE, i, load_n, Quality.GOOD))
+        return estimator.estimate().mass_kg
+
+    assert tell(0.0, 100_000.0, 150_000.0) == pytest.approx(250_000.0 / GRAVITY_MPS2)
+    assert tell(1.0, broken_n, 150_000.0) == pytest.approx(250_000.0 / GRAVITY_MPS2)
+    assert estimator.input_condition((Quantity.LOAD_FORCE, 0)) is InputCondition.IMPOSSIBLE
+    assert tell(2.0, broken_n, 50_000.0) == pytest.approx(150_000.0 / GRAVITY_MPS2)
+    assert tell(3.0, 50_000.0, 50_000.0) == pytest.approx(100_000.0 / GRAVITY_MPS2)
+    assert estimator.input_condition((Quantity.LOAD_FORCE, 0)) is InputCondition.GOOD
 
 
 def test_a_load_that_flickers_is_its_mean_and_one_that_is_put_on_or_taken_off_counts_at_once() -> None:

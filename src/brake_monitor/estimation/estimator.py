@@ -160,7 +160,7 @@ class Estimator:
             return False
         if sample.quantity not in MEASURED:
             self._take_known(sample)
-            if self._known.is_dead(measurand):
+            if self._known.is_impossible(sample):
                 self._lose(measurand, InputCondition.IMPOSSIBLE)
             elif self._known.is_frozen(measurand):
                 self._lose(measurand, InputCondition.FROZEN)

@@ -86,10 +86,14 @@ class KnownInputs:
         asked = core.adhesion_demand(i)
         return wheel.gate.fell_alive and core.filter.x[core.adhesion_place + i] >= STILL_PRESSES * asked > 0.0
 
-    def is_dead(self, measurand: Measurand) -> bool:
-        """Whether a pressing force fell as no brake does, and stands still ever since."""
-        quantity, wheelset = measurand
-        return quantity is Quantity.PRESSING_FORCE and self._core.wheels[wheelset].gate.is_dead
+    def is_impossible(self, sample: Sample) -> bool:
+        """Whether a pressing force fell as no brake does, and stands still ever since, or a load is none."""
+        match sample.quantity:
+            case Quantity.PRESSING_FORCE:
+                return self._core.wheels[sample.wheelset].gate.is_dead
+            case Quantity.LOAD_FORCE:
+                return not self._core.can_weigh(sample.value)
+        return False
 
     def is_frozen(self, measurand: Measurand) -> bool:
         """Whether a pressing force trembled and does no longer; a parked wagon's may sleep."""

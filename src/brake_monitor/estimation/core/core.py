@@ -61,6 +61,8 @@ class Core(Prediction, Correction):
             self.wheels[wheelset].motor_torque_known = True
             self.wheels[wheelset].motor_has_acted |= self.motor_acts(wheelset)
         elif tells == LOAD_FORCE:
+            if not self.can_weigh(value):
+                return NOT_ORDINARY
             self.take_load(wheelset, value)
         elif tells == GRADIENT:
             self.now.gradient = value
@@ -112,8 +114,13 @@ class Core(Prediction, Correction):
             any_active = any_active or wheel.wsp_active
         self.now.wsp_active = any_active
 
+    def can_weigh(self, load_n: float) -> bool:
+        """Whether as much may rest where a load is measured: a broken sensor says zero or full scale."""
+        share_n = self.now.configured_kg * GRAVITY_MPS2 / len(self.load_n)
+        return share_n / LARGEST_LOAD_RATIO <= load_n <= share_n * LARGEST_LOAD_RATIO
+
     def take_load(self, signal: int, load_n: float) -> None:
-        """Take a load signal, unless the wagon cannot weigh that: a broken one says zero or full scale."""
+        """Take a load signal; mass is known once all have told."""
         now = self.now
         self.load_n[signal] = load_n
         total_n = 0.0
@@ -121,8 +128,6 @@ class Core(Prediction, Correction):
             total_n += self.load_n[i]
         mass_kg = total_n / GRAVITY_MPS2
         if isnan(mass_kg):
-            return
-        if not now.configured_kg / LARGEST_LOAD_RATIO <= mass_kg <= now.configured_kg * LARGEST_LOAD_RATIO:
             return
         is_same = abs(mass_kg - now.mass_kg) <= LOADED * now.mass_kg
         now.weighed = min(now.weighed, LOAD_READINGS - 1) + 1 if is_same else 1
