@@ -79,6 +79,12 @@ class CoreNumbers:
         least_n: float = MOTOR_ACTS_MPS2 / GRAVITY_MPS2 * wheel.next_wheel_load_n
         return abs(wheel.torque.value) >= least_n * wheel.wheel_radius_m
 
+    def is_left_free(self, i: int) -> bool:
+        """Whether no motor acts on wheelset i, and, by its pressing force, no pad: that much is known."""
+        wheel = self.wheels[i]
+        is_free: bool = wheel.motor_torque_known and not self.motor_acts(i) and not wheel.force_lost
+        return is_free
+
     def adhesion_demand(self, i: int) -> float:
         """The mu_w,i that brake and motor of wheelset i ask for if it rolls."""
         wheel, load_n = self.wheels[i], self.wheels[i].next_wheel_load_n

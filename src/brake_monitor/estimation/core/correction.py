@@ -3,7 +3,7 @@
 from math import inf, sqrt
 
 from brake_monitor.estimation.core.change_doubt import ChangeDoubt
-from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, QUICK_SLIP
+from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, QUICK_SLIP, ROLLING_AGAIN_S
 from brake_monitor.estimation.doubts.consistency import BIASED
 from brake_monitor.estimation.estimate import SLOWEST_MPS
 from brake_monitor.estimation.kalman.foretold import STRANGE_STD_MPS
@@ -23,6 +23,8 @@ LEAST_TURNED_UP = 0.02  # of its speed between two readings: less may still go o
 FASTEST_AMONG_SPIKES_RADPS2 = 80.0  # of a wheel speed that spikes lately: few brakes and rails are quicker
 LARGEST_ADHESION = 0.5  # of a dry rail
 UNBRAKED_RADPS2 = 10.0  # what else turns a wheelset that no brake slows down, or that the rail has brought to rolling
+ROLLING_STD = 3e-3  # of the speed of a wheelset that rolls freely: what its radius is not known by, and curves
+CREEPING_STD = 2e-2  # ... and of one under a brake
 FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 
 # What became of a sample.
@@ -144,11 +146,33 @@ class Correction(ChangeDoubt):
             self.end_acceleration(index)
             slides = wheel.slides if wheel.force.is_prompt else 0.0
             now.consistency.see_wheel(now.time_s, wheel.checks, foretold_nis, value, slides)
+            if now.speed_lost:
+                is_sound = self.follow_rolling(index, value, variance) and is_sound
         elif self.see_speed(residual, total_variance):
             return CONTRADICTED
         reading.rejected_in_a_row = 0
         reading.fused_s = now.time_s
         return FUSED if is_sound else UNSOUND
+
+    def follow_rolling(self, i: int, value: float, variance: float) -> bool:
+        """Let a wheelset that rolls tell the vehicle's speed, which is lost; whether x and P are sound then.
+
+        Under a brake it creeps, and only the fastest one may tell. Not one that seizes or slides: no wagon loses speed
+        as quickly. What is lost stays so, but v and its integral stay right.
+        """
+        now, radius_m, n = self.now, self.wheels[i].radius.radius_m, self.wheelset_count
+        if now.wsp_active or now.near_standstill or self.literal:
+            return True
+        rolling_mps, std = value * radius_m, ROLLING_STD
+        if now.time_s - now.pressed_s < ROLLING_AGAIN_S or not self.is_left_free(i):
+            std = CREEPING_STD
+            if self.filter.x[i] * radius_m < self.fastest_mps():
+                return True
+        own_variance = radius_m * radius_m * variance
+        residual, total_variance = self.innovation(n, rolling_mps, own_variance)
+        gate = OUTLIER_SIGMA * sqrt(total_variance) + FASTEST_WAGON_MPS2 * self.readings[i].spacing_s
+        total_variance += (std * rolling_mps) ** 2
+        return abs(residual) > gate or self.filter.fuse(now, self.wheels, n, residual, total_variance)
 
     def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float, since_s: float) -> bool:
         """Whether neither noise, up to the gate, nor physics explains a reading; physics explains a sliding wheel.

@@ -163,7 +163,7 @@ class Prediction(RegimeWatch):
         x, n, all_free = self.filter.x, self.wheelset_count, not now.near_standstill
         for i in range(n):
             wheel = self.wheels[i]
-            is_free = wheel.motor_torque_known and not self.motor_acts(i) and not wheel.force_lost
+            is_free = self.is_left_free(i)
             all_free = all_free and is_free
             if is_free and not wheel.axle_speed_lost:
                 wheel.radius.see_rolling(x[n], x[i], step_s)

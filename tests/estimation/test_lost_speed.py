@@ -1,0 +1,51 @@
+"""A vehicle speed that is lost for a minute, as in a tunnel: wheelsets that roll tell how fast and how far one goes."""
+
+import numpy as np
+import pytest
+
+from brake_monitor.estimation.estimate import Status
+from brake_monitor.simulator.journey import Act, Leg, LegJourney
+from brake_monitor.simulator.scenarios import Profile, Scenario
+from drives import Judged, drive, play
+from faults import Fault, lost, signal_changed
+
+PULLED = Scenario(
+    name="pulled through a tunnel",
+    summary="a train pulls away to 20 m/s, brakes it, and pulls on",
+    initial_speed_mps=8.0,
+    duration_s=70.0,
+    demand=LegJourney((Leg(Act.PULL, 20.0, pull_mps2=0.5), Leg(Act.BRAKE, 12.0, demand=0.5), Leg(Act.PULL, 25.0)), 5e3),
+    rail_over_time=Profile(((0.0, 0.4),)),
+)
+FROM_S, TO_S = 10.0, 60.0
+
+
+def in_the_tunnel(*faults: Fault) -> Judged:
+    recording = drive(PULLED)
+    frames = list(recording.frames)
+    for fault in (lost("GNSS", FROM_S, TO_S), *faults):
+        frames = fault(frames)
+    return Judged.of(recording, play(recording.settings, frames))
+
+
+def speed_errors_mps(seen: Judged) -> np.ndarray:
+    return np.array([estimate.speed_mps for estimate in seen.told]) - seen.truth.speed_mps
+
+
+def test_speed_and_way_are_right_though_nothing_else_is_known() -> None:
+    """What pulls and holds the wagon is told by nobody; while the brake acts v is reckoned on from there."""
+    seen = in_the_tunnel()
+    tunnel = seen.during(FROM_S + 1.0, TO_S)
+    assert tunnel.statuses == {Status.INVALID}
+    assert np.ptp(tunnel.truth.speed_mps) > 5.0
+    assert np.abs(speed_errors_mps(tunnel)).max() < 0.3
+    way_m = tunnel.told[-1].distance_m - tunnel.told[0].distance_m
+    assert way_m == pytest.approx(np.trapezoid(tunnel.truth.speed_mps, tunnel.time_s), rel=2e-3)
+    seen.assert_sound()
+    seen.assert_honest()
+
+
+def test_a_wheelset_that_seizes_in_the_tunnel_does_not_take_the_speed_with_it() -> None:
+    """It comes to stand within a second; the other one rolls on."""
+    stands = signal_changed("wheel speed", lambda t, kmh: max(1.0 - (t - 12.0), 0.0) * kmh, 12.0, 70.0)
+    assert np.abs(speed_errors_mps(in_the_tunnel(stands).during(FROM_S + 1.0, 20.0))).max() < 0.3
