@@ -46,7 +46,7 @@ COMMANDS = {
     "observability": "what the sensors can tell about friction and adhesion",
     "tune": "fit the noise densities to recordings",
     "validate": "how accurate the estimates are, as a report (extra 'report')",
-    "validate-alarms": "detection delays and false alarms over simulated troubles and hours of service",
+    "validate-alarms": "detection delays and false alarms over simulated faults and hours of service",
     "schema": "the JSON Schemas of what is published",
     "wear": "brake pads: show what is left, note what was measured or replaced",
 }

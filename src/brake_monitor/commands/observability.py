@@ -19,7 +19,7 @@ EPILOG = """\
 examples:
   brake-monitor observability -c wagon.toml                the tables
   brake-monitor observability -c wagon.toml -o map.svg     and a figure (.svg or .png; extra 'report')
-  brake-monitor observability -c wagon.toml --window 2     a look of two seconds instead of half a one"""
+  brake-monitor observability -c wagon.toml --window 2     a window of two seconds instead of half a second"""
 
 WINDOW_S = 0.5  # about as long as WSP leaves a pressure alone
 LONGEST_WINDOW_S = 86400.0  # far beyond, what the samples weigh is no number any more

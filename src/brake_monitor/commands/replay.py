@@ -19,8 +19,7 @@ from brake_monitor.settings.config_file import load_settings
 DESCRIPTION = """\
 Replays recordings through the very path that the daemon runs and prints a summary of each.
 Formats by suffix: .log (candump) .asc .blf .trc .csv .db .mf4 (extra 'mf4'), each also .gz.
-The same recording always gives the same bytes. Several are played by themselves, at the same time: each begins
-without what the others have taught."""
+The same recording always gives the same bytes. Several are played in parallel, and none learns from another."""
 
 EPILOG = """\
 examples:

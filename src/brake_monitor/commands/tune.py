@@ -27,10 +27,9 @@ DESCRIPTION = """\
 Fits the estimator's noise densities to recordings, starting from what the configuration says, and prints
 an [estimator.tuning] table for it. The result is never worse than the start.
 
-With a truth the densities are sought that make the errors of adhesion and friction small and the published
-intervals honest. Without one, those that make the recorded speeds most probable, each foretold from those
-before it, with the preset as a prior: speeds tell little of friction, and a fit that foretells them best can
-be too sure of it. Try such a fit against a truth, or against what you know of your brakes."""
+With a truth it seeks the densities that make the errors of adhesion and friction small and the published intervals
+honest. Without one it seeks those that make the recorded speeds most probable, near the preset. Speeds tell little of
+friction: such a fit can be too sure of it. Try it against a truth, or against what you know of your brakes."""
 
 EPILOG = """\
 examples:

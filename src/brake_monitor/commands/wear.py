@@ -42,7 +42,9 @@ def add_options(parser: ArgumentParser) -> None:
     measured.add_argument(
         "--thickness-mm", type=MILLIMETRES, required=True, metavar="MM", help="of the wheelset's pads, on average"
     )
-    measured.add_argument("--std-mm", type=MILLIMETRES, metavar="MM", help="one sigma of the reading (default: [wear])")
+    measured.add_argument(
+        "--std-mm", type=MILLIMETRES, metavar="MM", help="one sigma of the reading (default: [wear] gauge_std_mm)"
+    )
     renewed = _add_action(actions, "reset", "new pads were fitted", _reset)
     which = renewed.add_mutually_exclusive_group(required=True)
     which.add_argument("--wheelset", type=shared.count, metavar="I", help="counted from 1")
