@@ -1,23 +1,10 @@
 """What is thought of one pressing force, by shares of its brake that are given by hand."""
 
-from math import pi, sin
-
 import pytest
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.monitoring.inputs.watched_force import ForceState, ShownShare, WatchedForce
 from estimates import estimate, wheelset
-
-CREEP_PER_N = 2e-8
-
-
-@pytest.mark.parametrize("seconds", [20, 24, 28])
-def test_a_vehicle_speed_that_errs_for_seconds_hardly_changes_what_is_learned_of_creep(seconds: int) -> None:
-    """It makes a wheelset seem to creep by one and a half times of what it does, more or less, up and down in 8 s."""
-    force = WatchedForce()
-    for k in range(10 * seconds):
-        force.learn(CREEP_PER_N * (1.0 + 1.5 * sin(2.0 * pi * k / 80.0)))
-    assert force.creep_per_n == pytest.approx(CREEP_PER_N, rel=0.2)
 
 
 @pytest.mark.parametrize(("noise_std", "after_s"), [(0.05, 1.0), (0.3, 5.0)])

@@ -14,7 +14,6 @@ SURE_SIGMAS = 3.0
 LEANS_SIGMAS = 1.0
 LEAST_SCATTER = 0.1
 WORKS = 0.5  # share of the creep or retardation that is to be expected, from which on a brake works
-LEARNED_FROM = 500  # steady observations: what the vehicle speed errs by lasts for seconds, and is in all of them
 SLIDES_ANEW = 3  # slides anew at a force that presses and stands still, though slide protection acts: one may happen
 PROTECTED = 2  # acts by which slide protection is known to be there; a driver's release looks like one of them
 LATELY_S = 60.0  # a brake that has not pressed for longer and drags may stick; no sensor of it has failed
@@ -41,20 +40,11 @@ class WatchedForce:
 
     def __init__(self) -> None:
         self.state = ForceState.UNKNOWN
-        self.creep_per_n: float | None = None  # while all pressed steadily, mean of the last LEARNED_FROM
-        self.learned = 0  # observations, of which that is the mean
         self._pressed_s = -inf  # when its sensor last said that it presses
-        self.has_pressed = False  # in this brake application
         self.may_press_unseen = False  # its sensor says released, the wagon retards rather as if it pressed ...
         self.may_be_idle = False  # ... or the other way round
         self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
         self._by_creep, self._by_retardation = _Mean(), _Mean()  # shares of the brake that was expected
-
-    def learn(self, creep_per_n: float) -> None:
-        """Note by how much its wheelset creeps."""
-        self.learned = min(self.learned + 1, LEARNED_FROM)
-        before = self.creep_per_n or 0.0
-        self.creep_per_n = before + (creep_per_n - before) / self.learned
 
     def forget(self) -> None:
         """Its sensor says something else now."""
