@@ -15,6 +15,7 @@ from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, WheelsetEstimate
 from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS
+from brake_monitor.monitoring.last_time import LastTime
 
 MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
 REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say ...
@@ -54,7 +55,7 @@ class SpeedRatios:
         self._seen: Estimate | None = None
         self._time_s = -inf
         self.step_s = 0.0  # since the estimate before
-        self.driven_s = -inf  # when a motor last had a part in it
+        self.driven = LastTime()  # a motor had a part in it
         self.is_free = False  # no brake, motor or slide has a part in it, and time has not gone back
         self.now: list[float] = []  # empty where nothing is to be told
         self.noise_s: list[float] = []  # of its logarithm, as in `Creep`
@@ -69,8 +70,7 @@ class SpeedRatios:
         step_s, self._time_s = now.time_s - self._time_s, now.time_s
         self.step_s = step_s
         is_driven = now.a_motor_acts
-        if is_driven or self.driven_s > now.time_s:
-            self.driven_s = now.time_s
+        self.driven.see(now.time_s, is_driven)
         is_braked = max(now.forces_n) >= self._free_force_n
         slides = now.saturated or max([own.slip for own in now.wheelsets]) > SLIDING_SLIP  # that of a lost speed, too
         self.is_free = not (is_braked or is_driven or slides or step_s < 0.0)
@@ -138,7 +138,7 @@ class CreepMeter:
         None when it cannot be told: too slow, or free rolling was not seen, or too little of now; or while a motor
         has a part in it.
         """
-        if now.time_s - self._ratios.driven_s < MOTORS_LEFT_S:
+        if now.time_s - self._ratios.driven.time_s < MOTORS_LEFT_S:
             return None
         if self._free_s < LEAST_REFERENCE_S or self._ratios.lately_s < AVERAGE_S:
             return None

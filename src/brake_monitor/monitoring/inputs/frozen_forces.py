@@ -7,6 +7,7 @@ from math import inf
 from brake_monitor.estimation.core.regime_watch import SHOWN_S
 from brake_monitor.estimation.doubts.dead_force import DeadForce
 from brake_monitor.monitoring.inputs.force_watch import SETTLED_S
+from brake_monitor.monitoring.last_time import LastTime
 from brake_monitor.samples import Channel, Quantity
 
 PRESSING_FORCE = Quantity.PRESSING_FORCE
@@ -35,7 +36,7 @@ class FrozenForces:
         self._others = {i: [force for k, force in self._forces.items() if k != i] for i in wheelsets}
         self.watchers = {(PRESSING_FORCE, wheelset): partial(self.see, wheelset) for wheelset in wheelsets}
         self.all_are_zero = False
-        self._slid_s = -inf
+        self._slid = LastTime()  # any wheelset did
 
     def see(self, wheelset: int, time_s: float, force_n: float) -> None:
         """Take a reading."""
@@ -52,12 +53,11 @@ class FrozenForces:
 
         `believed`: which forces may speak against others; `slides`: whether any wheelset does.
         """
-        if slides or self._slid_s > time_s:
-            self._slid_s = time_s
+        self._slid.see(time_s, slides)
         if self.all_are_zero:
             return frozenset()
         for i, force in self._forces.items():
-            if time_s - self._slid_s < SETTLED_S:
+            if time_s - self._slid.time_s < SETTLED_S:
                 force.forget_others()
             if force.stands(time_s):
                 sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}

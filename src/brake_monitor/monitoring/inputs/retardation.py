@@ -7,6 +7,7 @@ from operator import mul
 
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
+from brake_monitor.monitoring.last_time import LastTime
 from brake_monitor.settings.config import Vehicle
 
 SPAN_S = 1.5  # of which the mean is taken
@@ -32,7 +33,7 @@ class Retardation:
             inertia_kgm2 / radius_m**2
             for inertia_kgm2, radius_m in zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True)
         )
-        self._held_s = inf  # when it last did not roll freely
+        self._held = LastTime(inf)  # it did not roll freely
         self._free_s = 0.0  # so long was the free rolling ...
         self._free_mps2 = 0.0  # ... its mean ...
         self._rolled_s = -inf  # ... and when it ended
@@ -52,12 +53,11 @@ class Retardation:
             lately.popleft()
         times_s, speeds_mps, motors_mps2 = zip(*lately, strict=True)
         self.by_motors_mps2 = sum(motors_mps2) / len(motors_mps2)
-        if not rolls_freely or self._held_s > time_s:
-            self._held_s = time_s
+        self._held.see(time_s, not rolls_freely)
         retarded_mps2 = mean_retardation_mps2(times_s, speeds_mps)
         resisted_mps2 = self._vehicle.resistance_n(now.speed_mps) / now.mass_kg
         self.total_mps2 = None if retarded_mps2 is None else retarded_mps2 - resisted_mps2 - self.by_motors_mps2
-        if self.total_mps2 is not None and time_s - self._held_s > FREE_AFTER_S + SPAN_S:
+        if self.total_mps2 is not None and time_s - self._held.time_s > FREE_AFTER_S + SPAN_S:
             self._roll(time_s, self.total_mps2, gap_s)
         is_known = self._free_s >= LEAST_FREE_S and 0.0 <= time_s - self._rolled_s <= EXPIRES_S
         self.by_brakes_mps2 = self.total_mps2 - self._free_mps2 if is_known and self.total_mps2 is not None else None

@@ -1,12 +1,13 @@
 """One pressing force: whether it is to be believed, by what shows of its brake and by how its wheelset slides."""
 
 from enum import StrEnum
-from math import hypot, inf, sqrt
+from math import hypot, sqrt
 from typing import NamedTuple
 
 from brake_monitor.estimation.core.regime_watch import PRESSES_N
 from brake_monitor.estimation.doubts.still_force import moves
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.last_time import LastTime
 
 LEAST_COUNT = 5  # observations
 INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second
@@ -40,7 +41,7 @@ class WatchedForce:
 
     def __init__(self) -> None:
         self.state = ForceState.UNKNOWN
-        self._pressed_s = -inf  # when its sensor last said that it presses
+        self._pressed = LastTime()  # its sensor said that it presses
         self.may_press_unseen = False  # its sensor says released, the wagon retards rather as if it pressed ...
         self.may_be_idle = False  # ... or the other way round
         self._stood_n: float | None = None  # the force that stood still while its wheelset slid anew
@@ -59,9 +60,8 @@ class WatchedForce:
         time_s, own = now.time_s, now.wheelsets[i]
         if self._stood_n is not None and moves(self._stood_n, own.pressing_force_n):  # it moves again
             self._stood_n, self.state = None, ForceState.UNKNOWN
-        if own.pressing_force_n >= PRESSES_N or self._pressed_s > time_s:  # or the clock was set back
-            self._pressed_s = time_s
-        if own.renewed_slides < (SLIDES_ANEW if presses else 1) or time_s - self._pressed_s >= LATELY_S:
+        self._pressed.see(time_s, own.pressing_force_n >= PRESSES_N)
+        if own.renewed_slides < (SLIDES_ANEW if presses else 1) or time_s - self._pressed.time_s >= LATELY_S:
             return
         if max([wheelset.work.wsp_actions for wheelset in now.wheelsets]) >= PROTECTED:
             self._stood_n, self.state = own.pressing_force_n, ForceState.CONTRADICTED

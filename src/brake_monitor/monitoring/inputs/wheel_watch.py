@@ -27,6 +27,7 @@ from brake_monitor.monitoring.inputs.watched_wheelset import (
     WatchedWheelset,
 )
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
+from brake_monitor.monitoring.last_time import LastTime
 from brake_monitor.samples import Measurand, Quantity
 from brake_monitor.settings.config import Vehicle
 
@@ -73,7 +74,8 @@ class WheelWatch:
         self._contact_force_n = contact_force_n
         self._doubt_since_s = self._agrees_since_s = inf
         self._past: deque[_Moment] = deque()
-        self._demanded_s = self._pressed_s = -inf
+        self._pressed = LastTime()  # any brake did
+        self._demanded_s = -inf
         self._stands_alone = False  # the vehicle's speed does
         self._scale = SpeedScale()
 
@@ -139,8 +141,7 @@ class WheelWatch:
         while time_s - past[0].time_s > PAST_S or past[0].time_s > time_s:
             past.popleft()
         pressed = max(forces_n) > self._contact_force_n
-        if pressed or self._pressed_s > time_s:
-            self._pressed_s = time_s
+        self._pressed.see(time_s, pressed)
         if pressed or now.protection_acts:
             self._demanded_s = time_s
         elif self._demanded_s > time_s:
@@ -148,7 +149,7 @@ class WheelWatch:
 
     def _rolls_freely(self, now: Estimate) -> bool:
         """Whether neither brake nor motor has acted on any wheelset for a while."""
-        acted_s = max(self._pressed_s, self._demanded_s, *(wheel.holding.driven_s for wheel in self.wheels))
+        acted_s = max(self._pressed.time_s, self._demanded_s, *(wheel.holding.driven_s for wheel in self.wheels))
         return now.time_s - acted_s >= RELEASED_S
 
     def _judge_speed(self, now: Estimate, measured: Sequence[bool]) -> None:
@@ -222,7 +223,7 @@ class WheelWatch:
 
     def _is_released(self, wheel: WatchedWheelset, now: Estimate) -> bool:
         """Whether all brakes say that they are, and have for longer than the rail needs to turn the wheelset again."""
-        released_s = now.time_s - max(self._pressed_s, wheel.stands_since_s)
+        released_s = now.time_s - max(self._pressed.time_s, wheel.stands_since_s)
         is_told = now.time_s - wheel.holding.noted_s < RELEASED_S
         return is_told and released_s > RELEASED_S + wheel.turns_within_s(now.speed_mps)
 
