@@ -53,6 +53,9 @@ class Origin(StrEnum):
     DROPPED = "dropped"  # as nothing but a sensor falls
 
 
+NOT_TURNED = {Origin.UNSEEN, Origin.STOOD}  # of a wheelset that has not been seen to turn since it could
+
+
 class WatchedWheelset:
     """Sees the raw speeds of one wheelset beside the vehicle's, and what could hold it."""
 
