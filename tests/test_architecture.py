@@ -98,7 +98,7 @@ LAYERS = {
             "inputs inputs.retardation inputs.watched_force inputs.pressed_brakes inputs.nominal_brakes "
             "inputs.fallen_force inputs.force_by_creep inputs.force_watch inputs.flag_watch inputs.wheel_state "
             "inputs.vehicle_speed inputs.holding_force inputs.descent inputs.speed_falls inputs.speed_bursts "
-            "inputs.speed_scale inputs.watched_wheelset inputs.wagon_past inputs.speed_doubt "
+            "inputs.speed_scale inputs.odd_turning inputs.watched_wheelset inputs.wagon_past inputs.speed_doubt "
             "inputs.wheel_watch inputs.refusals inputs.frozen_forces "
             "inputs.dead_forces inputs.scatter_watch inputs.block_watch inputs.input_judge bus_watch observation rule "
             "alarm_cycle rules rules.earlier_count rules.low_adhesion rules.wheelset_not_rotating rules.slide "

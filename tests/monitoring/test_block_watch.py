@@ -91,9 +91,13 @@ def state(judge: InputJudge) -> str:
     """All that the watches know."""
     if judge._block_watch is not None:
         judge._block_watch.settle()
-    others = {"_vehicle_speed", "_protection", "holding", "falls", "bursts", "descent"}
+    others = {"_vehicle_speed", "_protection", "holding", "falls", "bursts", "descent", "odd"}
     wheels = [
-        ({name: value for name, value in vars(wheel).items() if name not in others}, vars(wheel.holding))
+        (
+            {name: value for name, value in vars(wheel).items() if name not in others},
+            vars(wheel.holding),
+            vars(wheel.odd),
+        )
         for wheel in judge._wheels.wheels
     ]
     falls = [(vars(wheel.falls), vars(wheel.bursts), vars(wheel.descent)) for wheel in judge._wheels.wheels]

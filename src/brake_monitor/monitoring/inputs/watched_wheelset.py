@@ -13,6 +13,7 @@ from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 from brake_monitor.monitoring.inputs.descent import ROLLS, Descent
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
+from brake_monitor.monitoring.inputs.odd_turning import UNSEEN_SLIP, OddTurning
 from brake_monitor.monitoring.inputs.speed_bursts import SpeedBursts
 from brake_monitor.monitoring.inputs.speed_falls import SpeedFalls
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
@@ -30,12 +31,6 @@ STANDSTILL_MPS = 0.5
 FORCE_DOUBT = 1.5  # of the torque that stopped it: calibration of the force, lag, inertia
 UNTOLD_N = 30e3  # a brake may press with as much whatever its sensor says
 SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quicker
-ODD_SLIP = 0.2  # no wheelset turns as much faster than it rolls without a motor, nor slower without a brake
-ODD_S = 2.0
-FINDS_BACK_SLIP = 0.005  # off by so much less, it is on its way: one that was locked may take half a minute to roll
-OFF_S = 10.0  # nor is it off for this long by more than a wrong radius: a vehicle speed that lags catches up sooner
-ODD_FROM_MPS = 4.0
-UNSEEN_SLIP = 0.12  # of a wheelset that was never seen to roll: below it its radius may be wrong
 SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
 SLIDES_IN_A_ROW = 3  # observations; noise alone does not slide as long
 FALL_BEFORE_S = 1.0  # before its slip shows
@@ -73,9 +68,7 @@ class WatchedWheelset:
         self._has_rolled = False
         self._slides = 0  # observations in a row
         self._rolled_s = -inf
-        self._odd_since_s = self._off_since_s = inf
-        self._off_slip = inf  # absolute, since then
-        self.is_odd = False
+        self.odd = OddTurning()
         self._wagon_stood = False
         self.rolling_mps = 0.0
         self.stands_since_s = inf
@@ -151,8 +144,7 @@ class WatchedWheelset:
     def judge_turning(self, now: Estimate, own: WheelsetEstimate, *, demanded: bool, any_rolls: bool) -> WheelState:
         """Of a wheelset that turns; `any_rolls`: one of the wagon does, another one where this one slips."""
         slip, speed_mps = own.slip, now.speed_mps
-        self._judge_oddness(now.time_s, speed_mps, demanded=demanded)
-        if self.is_odd or self.bursts.is_on(now.time_s):
+        if self._see_oddness(now, demanded=demanded) or self.bursts.is_on(now.time_s):
             self._slides = 0
             return WheelState.CONTRADICTED
         if abs(slip) < ROLLING_SLIP and speed_mps > WATCHED_FROM_MPS:
@@ -175,20 +167,11 @@ class WatchedWheelset:
         """Whether it is not the vehicle's speed that lags behind its wheelsets', which all slow down as it does."""
         return not self._has_rolled or slip_mps > FAR_MPS or self.falls.fell_s > self._rolled_s - FALL_BEFORE_S
 
-    def _judge_oddness(self, time_s: float, speed_mps: float, *, demanded: bool) -> None:
-        """Whether its readings say that it turns as nothing can make it turn; once it is said, until it rolls."""
-        slip = 1.0 - self.rolling_mps / max(speed_mps, WATCHED_FROM_MPS)
-        if abs(slip) < UNSEEN_SLIP:
-            self.is_odd, self._odd_since_s, self._off_since_s, self._off_slip = False, inf, inf, inf
-            return
-        driven = abs(time_s - self.holding.driven_s) < RELEASED_S  # a delay_s makes the estimate's time the earlier one
-        off = speed_mps > ODD_FROM_MPS and not (driven if slip < 0.0 else demanded)
-        if not off or abs(slip) < self._off_slip - FINDS_BACK_SLIP:
-            self._odd_since_s = self._off_since_s = inf
-            self._off_slip = abs(slip)
-        self._off_since_s = min(self._off_since_s, time_s) if off else inf
-        self._odd_since_s = min(self._odd_since_s, time_s) if off and abs(slip) > ODD_SLIP else inf
-        self.is_odd |= time_s - self._odd_since_s >= ODD_S or time_s - self._off_since_s >= OFF_S
+    def _see_oddness(self, now: Estimate, *, demanded: bool) -> bool:
+        """Whether its readings say that it turns as nothing can make it turn."""
+        slip = 1.0 - self.rolling_mps / max(now.speed_mps, WATCHED_FROM_MPS)
+        is_driven = abs(now.time_s - self.holding.driven_s) < RELEASED_S  # a delay_s makes the estimate's time earlier
+        return self.odd.see(now.time_s, slip, now.speed_mps, is_moved=is_driven if slip < 0.0 else demanded)
 
     def _how(self, time_s: float, omega_radps: float) -> Origin:
         if self._wagon_stood:
