@@ -1,9 +1,7 @@
 """What is believed of messages that anybody may have sent: nothing too large, impossible or unprintable."""
 
 from collections.abc import Iterable
-from typing import Any, TypeVar
-
-import msgspec
+from typing import Any, TypeVar, get_type_hints
 
 from brake_monitor.frame import LATEST_TIME_S
 from brake_monitor.publishing.encoding import NotUnderstoodError, decode, format_of
@@ -26,7 +24,7 @@ T = TypeVar("T")
 _KINDS: dict[str, type] = {"adhesion": AdhesionMessage, "health": HealthMessage, "meta": MetaMessage}
 _AXLE_KINDS: dict[str, type] = {"friction": FrictionMessage, "wear": WearMessage}
 _COUNTS = {
-    kind: tuple(field.name for field in msgspec.structs.fields(kind) if field.type is int)
+    kind: tuple(name for name, hint in get_type_hints(kind).items() if hint is int)
     for kind in (*_KINDS.values(), *_AXLE_KINDS.values(), AlarmMessage)
 }  # fields that are whole numbers, which a message may make as long as it likes
 

@@ -22,12 +22,12 @@ class Counters(Struct):
     """What became of the outputs since the start, by the names in `HealthMessage`."""
 
     estimates_sent: int = 0
-    estimates_replaced: int = 0  # by a newer one, before they were sent
-    events_sent: int = 0  # alarms and wear
-    events_lost: int = 0  # more waited than may wait
+    estimates_replaced: int = 0
+    events_sent: int = 0
+    events_lost: int = 0
     queries_answered: int = 0
     queries_refused: int = 0
-    publish_failures: int = 0  # calls that Zenoh refused, events that could not be kept
+    publish_failures: int = 0
     latency_counts: list[int] = field(default_factory=lambda: [0] * (len(LATENCY_BOUNDS_S) + 1))
     latency_sum_s: float = 0.0
 

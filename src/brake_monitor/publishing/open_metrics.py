@@ -3,12 +3,12 @@
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from itertools import accumulate
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, TypeVar, get_type_hints
 
 from brake_monitor.errors import WorkError
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.host import extras
-from brake_monitor.publishing.payloads import HealthMessage
+from brake_monitor.publishing.payloads import Counter, Gauge, HealthMessage
 
 if TYPE_CHECKING:
     from prometheus_client.metrics_core import Metric
@@ -16,31 +16,7 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 PREFIX = "brake_monitor_"
 
-COUNTERS = {
-    "frames": "CAN frames received",
-    "mapped_frames": "CAN frames of a mapped message",
-    "decode_errors": "frames and samples that could not be used",
-    "lost_frames": "frames lost by their rolling counters",
-    "dropped_frames": "CAN frames that the kernel dropped because nobody fetched them in time",
-    "bus_failures": "times that a CAN bus failed",
-    "late_samples": "samples captured before what had been fused already",
-    "outliers": "samples that contradicted the estimate",
-    "filter_resets": "restarts of the estimator's filter",
-    "estimates_sent": "estimates published",
-    "estimates_replaced": "estimates replaced by a newer one before they were published",
-    "events_sent": "alarms and wear published",
-    "events_lost": "alarms and wear given up because too many waited",
-    "queries_answered": "questions answered over Zenoh",
-    "queries_refused": "questions refused over Zenoh",
-    "publish_failures": "publications that Zenoh refused, events that could not be kept",
-    "cpu_s": "processor time used",
-}
-GAUGES = {
-    "uptime_s": "time since the daemon began",
-    "frames_waiting": "CAN frames that wait for the estimator",
-    "events_waiting": "alarms and wear that wait to be published",
-    "memory_bytes": "resident memory",
-}
+T = TypeVar("T", Counter, Gauge)
 
 
 @contextmanager
@@ -84,10 +60,10 @@ def _families(health: HealthMessage) -> "Iterator[Metric]":
         InfoMetricFamily,
     )
 
-    for name, told in COUNTERS.items():
-        yield CounterMetricFamily(PREFIX + _named(name), told, getattr(health, name))
-    for name, told in GAUGES.items():
-        yield GaugeMetricFamily(PREFIX + _named(name), told, getattr(health, name))
+    for name, counter in _told(Counter):
+        yield CounterMetricFamily(PREFIX + _named(name), counter.told, getattr(health, name))
+    for name, gauge in _told(Gauge):
+        yield GaugeMetricFamily(PREFIX + _named(name), gauge.told, getattr(health, name))
     if health.data_age_s is not None:
         yield GaugeMetricFamily(
             f"{PREFIX}data_age_seconds", "age of the newest reading that the estimates contain", health.data_age_s
@@ -118,6 +94,14 @@ def _families(health: HealthMessage) -> "Iterator[Metric]":
     yield InfoMetricFamily(
         f"{PREFIX}build", "versions", {name.replace("-", "_"): text for name, text in health.versions.items()}
     )
+
+
+def _told(kind: type[T]) -> Iterator[tuple[str, T]]:
+    """Name of each number of a `HealthMessage` that is of this kind, and what it tells."""
+    for name, hint in get_type_hints(HealthMessage, include_extras=True).items():
+        for told in getattr(hint, "__metadata__", ()):
+            if isinstance(told, kind):
+                yield name, told
 
 
 def _named(name: str) -> str:

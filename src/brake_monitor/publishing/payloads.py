@@ -5,7 +5,7 @@ when it was handed to Zenoh, `sequence` counts on from 1. What is not a number (
 """
 
 from math import isfinite
-from typing import Annotated, Literal, Self
+from typing import Annotated, Literal, NamedTuple, Self
 
 from msgspec import Meta, Struct
 
@@ -263,6 +263,18 @@ class WearMessage(Struct, frozen=True):
         )
 
 
+class Counter(NamedTuple):
+    """What a number of `HealthMessage` tells that only grows, in words for OpenMetrics."""
+
+    told: str
+
+
+class Gauge(NamedTuple):
+    """... and one that may fall again."""
+
+    told: str
+
+
 class HealthMessage(Struct, frozen=True):
     """`…/health`: how the daemon does, once a second. Counters begin at 0 with the daemon.
 
@@ -273,34 +285,37 @@ class HealthMessage(Struct, frozen=True):
     data_age_s: Number  # of the newest reading that the estimates contain; null before the first
     status: Status
     quality: Quality
-    uptime_s: float
-    frames: int
-    mapped_frames: int
-    decode_errors: int  # frames too short, on an unknown page, error frames, samples out of range or with a bad counter
-    lost_frames: int  # by rolling counters
-    dropped_frames: int  # by the kernel: nobody fetched them in time
+    uptime_s: Annotated[float, Gauge("time since the daemon began")]
+    frames: Annotated[int, Counter("CAN frames received")]
+    mapped_frames: Annotated[int, Counter("CAN frames of a mapped message")]
+    # Frames too short, on an unknown page, error frames, samples out of range or with a bad counter:
+    decode_errors: Annotated[int, Counter("frames and samples that could not be used")]
+    lost_frames: Annotated[int, Counter("frames lost by their rolling counters")]
+    dropped_frames: Annotated[int, Counter("CAN frames that the kernel dropped because nobody fetched them in time")]
     stale_signals: tuple[str, ...]  # mapped signals that are not good now: `<message>.<signal> <condition>`
     buses_down: tuple[str, ...]
-    bus_failures: int
-    frames_waiting: int
-    late_samples: int  # captured up to 50 ms before what had been fused already; what is later restarts the filter
-    outliers: int  # samples that contradicted the estimate: left out, unless they went on to
-    filter_resets: int
+    bus_failures: Annotated[int, Counter("times that a CAN bus failed")]
+    frames_waiting: Annotated[int, Gauge("CAN frames that wait for the estimator")]
+    # Captured up to 50 ms before; what is later restarts the filter:
+    late_samples: Annotated[int, Counter("samples captured before what had been fused already")]
+    # Left out, unless they went on to:
+    outliers: Annotated[int, Counter("samples that contradicted the estimate")]
+    filter_resets: Annotated[int, Counter("restarts of the estimator's filter")]
     memory_failure: str  # why the memory cannot be written; empty when it can
     open_alarms: tuple[str, ...]  # ids of all that are, by what was published before this
-    estimates_sent: int
-    estimates_replaced: int  # by a newer one before the network took them
-    events_sent: int  # alarms and wear
-    events_waiting: int
-    events_lost: int  # more waited than may wait
-    queries_answered: int
-    queries_refused: int
-    publish_failures: int
+    estimates_sent: Annotated[int, Counter("estimates published")]
+    estimates_replaced: Annotated[int, Counter("estimates replaced by a newer one before they were published")]
+    events_sent: Annotated[int, Counter("alarms and wear published")]
+    events_waiting: Annotated[int, Gauge("alarms and wear that wait to be published")]
+    events_lost: Annotated[int, Counter("alarms and wear given up because too many waited")]
+    queries_answered: Annotated[int, Counter("questions answered over Zenoh")]
+    queries_refused: Annotated[int, Counter("questions refused over Zenoh")]
+    publish_failures: Annotated[int, Counter("publications that Zenoh refused, events that could not be kept")]
     latency_bounds_s: tuple[float, ...]  # upper ends of the classes of `latency_counts`, whose last has none
     latency_counts: tuple[int, ...]  # estimates by their time from capture to publication
     latency_sum_s: float  # of all of them
-    cpu_s: float  # used by the process
-    memory_bytes: int  # resident
+    cpu_s: Annotated[float, Counter("processor time used")]
+    memory_bytes: Annotated[int, Gauge("resident memory")]
     versions: dict[str, str]
     sequence: int
     publish_time_s: float
