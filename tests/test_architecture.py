@@ -91,7 +91,7 @@ LAYERS = {
     "monitoring": Layer(
         within(
             "monitoring",
-            "alarm reports misled last_time creep_meter "
+            "alarm reports misled last_time contact_stiffness creep_meter "
             "brake_units brake_units.application_record brake_units.running_application "
             "brake_units.application_recorder brake_units.wear brake_units.disc_temperature brake_units.brakes "
             "brake_units.gauge brake_units.brake_book "

@@ -23,7 +23,6 @@ ERRORS_S = 60.0  # ... but for how the vehicle's speed errs
 ERRS_ALIKE_S = 5.0  # for about so long; what errs for less shows as scatter
 LEAST_REFERENCE_S = 1.0  # how little that is worth, its deviation says
 AVERAGE_S = 1.0
-SOFTEST, STIFFEST = 20.0, 200.0  # adhesion over creep, of any contact on which the two are proportional
 LEAST_CREEP = 3e-4  # to be expected, or of the others: less is lost in curves and noise
 
 

@@ -10,7 +10,8 @@ from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
-from brake_monitor.monitoring.creep_meter import SOFTEST, Creep
+from brake_monitor.monitoring.contact_stiffness import SOFTEST
+from brake_monitor.monitoring.creep_meter import Creep
 
 VALID, CONVERGING = Status.VALID, Status.CONVERGING
 RELEASED_S = 2.0  # an application is over when no pad has pressed for this long; slide protection fills sooner

@@ -12,11 +12,11 @@ from brake_monitor.estimation.core.regime_watch import PRESSES_N
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS
-from brake_monitor.monitoring.creep_meter import AVERAGE_S, LEAST_CREEP, SOFTEST, STIFFEST, Creep
+from brake_monitor.monitoring.contact_stiffness import SOFTEST, STIFFEST, USUALLY_STIFFEST
+from brake_monitor.monitoring.creep_meter import AVERAGE_S, LEAST_CREEP, Creep
 from brake_monitor.monitoring.inputs.nominal_brakes import NominalBrakes
 from brake_monitor.monitoring.inputs.watched_force import INDEPENDENT, SURE_SIGMAS, WORKS, ShownShare
 
-USUALLY_STIFFEST = 100.0  # adhesion over creep, of most contacts
 LATE_STD_S = 0.03  # the vehicle's speed comes late, as behind a filter: all wheelsets seem to creep more under a brake
 LEARNED_FROM = 500  # steady observations: what the vehicle speed errs by lasts for seconds, and is in all of them
 

@@ -13,6 +13,7 @@ from msgspec.structs import replace
 
 from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
+from brake_monitor.monitoring.contact_stiffness import SOFT
 
 LEAST_CREEP = 4e-4  # on average; curves change rolling radii by as much, so that less says nothing
 ALIKE_SIGMAS = 2.0  # of the noise
@@ -24,9 +25,8 @@ APART = 0.20  # of an equal share
 SURELY_APART = 0.28  # of what the others bear, time and again: 0.20 may be its load, its profile, or a better rail
 STEEP = 1.5  # times the creep that others show under the same torque: towards the peak that grows faster than adhesion
 AHEAD = 2e-4  # no brake makes a wheelset run ahead of free rolling: it is, or was, in a curve
-SOFTEST = 30.0  # adhesion over creep, of the softest contact
-LAGS = 0.20  # of the others' creep on that: more than what unlike wheelsets creep apart there
-STIFF = 60.0  # below that it may be the rail that gives no more
+LAGS = 0.20  # of the others' creep on a soft contact: more than what unlike wheelsets creep apart there
+STIFF = 60.0  # adhesion over creep: below that it may be the rail that gives no more
 BY_ITS_FORCE = 0.9  # a share that is less by its pressing force is that force's
 AGREEING_APPLICATIONS = 4  # at least: in one or two a curve may make a share look unequal
 # Student's t by which a share in 4, 5, … applications is sure to 99.9 %: nobody knows how much curves do, and every
@@ -218,7 +218,7 @@ def _agreed(newest_first: Sequence[ApplicationRecord], lately: Sequence[Share]) 
 
 
 def _lagging(newest_first: Sequence[ApplicationRecord]) -> list[Share] | None:
-    """The shares by which one wheelset bears less than the others on the softest contact; None if none surely does.
+    """The shares by which one wheelset bears less than the others on a soft contact; None if none surely does.
 
     What the vehicle's speed errs by is in the creep of all alike. Where it hides how much they creep, it still shows
     that one creeps less than the others.
@@ -243,11 +243,11 @@ def _is_stiff(record: ApplicationRecord) -> bool:
     whole, known = _mean_creep(record), [own.adhesion for own in record.wheelsets if own.adhesion is not None]
     if whole is None or len(known) < len(record.wheelsets):
         return False
-    return mean(known) > max(SOFTEST * LEAST_CREEP, STIFF * whole)
+    return mean(known) > max(SOFT * LEAST_CREEP, STIFF * whole)
 
 
 def _lack(i: int, records: Sequence[ApplicationRecord]) -> tuple[float, float, float]:
-    """By how much of the others' creep wheelset i lags in these, on the softest contact; its scatter and its noise.
+    """By how much of the others' creep wheelset i lags in these, on a soft contact; its scatter and its noise.
 
     As in `_fit`, the harder one brakes, the more it says.
     """
@@ -256,8 +256,7 @@ def _lack(i: int, records: Sequence[ApplicationRecord]) -> tuple[float, float, f
     value = sum(weight * lack for weight, lack in zip(weights, lacks, strict=True)) / whole
     off = sum(weight * (lack - value) ** 2 for weight, lack in zip(weights, lacks, strict=True))
     noise = sum(
-        weight * (SOFTEST * (one.wheelsets[i].creep_std or 0.0)) ** 2
-        for weight, one in zip(weights, records, strict=True)
+        weight * (SOFT * (one.wheelsets[i].creep_std or 0.0)) ** 2 for weight, one in zip(weights, records, strict=True)
     )
     return value, sqrt(off / (len(records) - 1) / whole), sqrt(noise) / whole
 
@@ -268,7 +267,7 @@ def _lack_in(i: int, record: ApplicationRecord) -> float:
     if torques_nm[i] < BY_ITS_FORCE * median(torques_nm):
         return 0.0
     others = median([own.creep or 0.0 for k, own in enumerate(record.wheelsets) if k != i])
-    return SOFTEST * (others - (record.wheelsets[i].creep or 0.0)) / _others_adhesion(record)
+    return SOFT * (others - (record.wheelsets[i].creep or 0.0)) / _others_adhesion(record)
 
 
 def _others_adhesion(record: ApplicationRecord) -> float:

@@ -15,6 +15,7 @@ from typing import NamedTuple
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.rolling.radius_calibration import TURNED_S
+from brake_monitor.monitoring.contact_stiffness import SOFT, USUAL_STIFFNESS
 from brake_monitor.monitoring.rules.rolled_way import RolledWay, Stretch
 from brake_monitor.monitoring.rules.turns import LEAST_SPEED_MPS, log_turns, turns_apart
 
@@ -26,7 +27,7 @@ LEAST_WAY_M = 1500.0  # ... where there are two
 MOST_WAY_M = 8000.0  # of free rolling are remembered before it, and since
 HALF_TURN_M = 1.0  # R = 500 m makes leading and trailing wheelsets differ by 6e-4; none but a spiral turns so far
 LEAST_SHIFT = 1.5e-4  # treads that some blocks warm more than others do as much
-MOST_SHIFT = 1e-2  # by a drag of 0.3 on a contact with a creep stiffness of 30; more is no drag's
+MOST_SHIFT = 0.3 / SOFT  # by a drag that takes 0.3 of its wheel load; more is no drag's
 NO_CURVES = 1.5e-3  # R = 200 m makes leading and trailing wheelsets differ by 1.4e-3
 WARMEST = 3e-3  # by a tread 250 K warmer than the others
 TURNED = 2e-3  # more than a drag changes by: a wheelset was turned, or changed
@@ -37,7 +38,6 @@ STILL_THERE = 7e-4  # or half of the shift it was found with: pads that drag gro
 BRAKING = 100  # observations, 10 s, of an application ...
 EASED = 0.8  # ... before its force falls to this: in a release, pads that stick already press more than is told
 LEAST_BRAKING = 10
-CREEP_STIFFNESS = 60.0  # adhesion over creep: 30 to 200 in service
 
 
 class CreepDrag(NamedTuple):
@@ -51,7 +51,7 @@ class CreepDrag(NamedTuple):
     def retarding_force_n(self, now: Estimate) -> float:
         """At the rail, within a factor of two to three."""
         load_n = now.wheelsets[self.wheelset].relative_load * now.mass_kg * GRAVITY_MPS2 / len(now.wheelsets)
-        return CREEP_STIFFNESS * self.slip_shift * load_n
+        return USUAL_STIFFNESS * self.slip_shift * load_n
 
 
 class LastingCreepSearch:
