@@ -21,7 +21,6 @@ from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Suspicion, Verdict
 from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
-from brake_monitor.monitoring.rules.creep_shares import told_apart
 from brake_monitor.monitoring.rules.dragging_brake import DraggingBrake
 from brake_monitor.monitoring.rules.friction_drift import FrictionDrift, trend
 from brake_monitor.monitoring.rules.friction_out_of_band import FrictionOutOfBand
@@ -29,6 +28,7 @@ from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag
 from brake_monitor.monitoring.rules.hot_disc import HotDisc
 from brake_monitor.monitoring.rules.pads import ThinPads
 from brake_monitor.monitoring.rules.participation import EASING_S, Participation
+from brake_monitor.monitoring.rules.told_apart import told_apart
 from brake_monitor.monitoring.rules.uneven_braking import UnevenBraking
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import (

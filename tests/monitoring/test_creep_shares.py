@@ -8,7 +8,8 @@ from msgspec.structs import replace
 from scipy import stats
 
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
-from brake_monitor.monitoring.rules.creep_shares import SURE_T, told_apart
+from brake_monitor.monitoring.rules.agreed_shares import SURE_T
+from brake_monitor.monitoring.rules.told_apart import told_apart
 
 NOMINAL = 0.35
 CREEP = 12e-4

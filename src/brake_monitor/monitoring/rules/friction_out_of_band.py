@@ -10,8 +10,9 @@ from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.creep_shares import can_tell_apart, is_set_apart, told_apart
+from brake_monitor.monitoring.rules.creep_shares import can_tell_apart
 from brake_monitor.monitoring.rules.per_application import Applications, PerApplicationOfPads
+from brake_monitor.monitoring.rules.told_apart import is_set_apart, told_apart
 from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 
 # Where so much of the deviation is common to all, the cause is more likely mass, weather or pressing force.

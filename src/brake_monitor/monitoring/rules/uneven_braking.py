@@ -11,8 +11,8 @@ from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.creep_shares import is_set_apart, told_apart
 from brake_monitor.monitoring.rules.per_application import Applications, PerApplication
+from brake_monitor.monitoring.rules.told_apart import is_set_apart, told_apart
 from brake_monitor.settings.alarm_settings import UnevenBrakingRule
 
 
