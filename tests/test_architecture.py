@@ -92,9 +92,9 @@ LAYERS = {
         within(
             "monitoring",
             "alarm reports misled last_time contact_stiffness creep_meter "
-            "brake_units brake_units.application_record brake_units.running_application "
-            "brake_units.application_recorder brake_units.wear brake_units.disc_temperature brake_units.brakes "
-            "brake_units.gauge brake_units.brake_book "
+            "brake_units brake_units.application_record brake_units.running_wheelset "
+            "brake_units.running_application brake_units.application_recorder brake_units.wear "
+            "brake_units.disc_temperature brake_units.brakes brake_units.gauge brake_units.brake_book "
             "inputs inputs.retardation inputs.watched_force inputs.pressed_brakes inputs.nominal_brakes "
             "inputs.fallen_force inputs.force_by_creep inputs.force_watch inputs.flag_watch inputs.wheel_state "
             "inputs.vehicle_speed inputs.holding_force inputs.descent inputs.speed_falls inputs.speed_bursts "
