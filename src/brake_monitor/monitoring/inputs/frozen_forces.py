@@ -32,7 +32,7 @@ class FrozenForces:
     def __init__(self, channels: Iterable[Channel], contact_force_n: float) -> None:
         wheelsets = [channel.wheelset for channel in channels if channel.quantity is PRESSING_FORCE]
         self.wheelsets = wheelsets  # whose pressing forces are mapped
-        self._forces = {wheelset: _WatchedForce(contact_force_n) for wheelset in wheelsets}
+        self._forces = {wheelset: _RepeatedForce(contact_force_n) for wheelset in wheelsets}
         self._others = {i: [force for k, force in self._forces.items() if k != i] for i in wheelsets}
         self.watchers = {(PRESSING_FORCE, wheelset): partial(self.see, wheelset) for wheelset in wheelsets}
         self.all_are_zero = False
@@ -89,7 +89,7 @@ class _Span:
         return max(self.rose, self._fell) > least_n
 
 
-class _WatchedForce:
+class _RepeatedForce:
     """Notices a force that repeats itself to the last bit while other brakes fill or empty.
 
     Air that is held stands still by right, and a coarse sensor shows it so. What the driver does, all brakes do; what
