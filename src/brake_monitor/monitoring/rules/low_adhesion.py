@@ -1,17 +1,16 @@
 """Low adhesion: the rail gives less than it should, and the wheels have asked for more."""
 
 from collections import deque
-from dataclasses import dataclass, field
 from math import inf
-from statistics import median
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from brake_monitor.estimation.estimate import INTERVAL_SIGMAS, Estimate, Status, WheelsetEstimate
-from brake_monitor.monitoring.alarm import Severity, Values, number_in
+from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
-from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation, position
+from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
+from brake_monitor.monitoring.rules.slippery_stretch import End, SlipperyStretch, wsp_actions_of
 from brake_monitor.samples import ESSENTIAL, Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule, level_of
 
@@ -21,7 +20,6 @@ MAY_SLIDE = {STOPPED, SLIDING, PROTECTED}
 HELD_S = 0.45  # a wheelset that its protection has just released still tells of the rail
 PROTECTED_S = 1.5  # ... and where protection keeps it from sliding far, until it tries again
 PEAK_SLIP = 0.015  # beyond it a protected wheelset takes about what the rail gives
-GIVEN = 3000  # values are kept, those of five minutes; the median is theirs
 
 
 class _Asked(NamedTuple):
@@ -31,45 +29,6 @@ class _Asked(NamedTuple):
     adhesion: float  # at the most
     estimated: float
     is_valid: bool  # the estimate that says so
-
-
-class _End(NamedTuple):
-    """Where and when a stretch of slippery rail begins or ends."""
-
-    time_s: float
-    clock_s: float  # as in `Estimate`
-    distance_m: float
-    speed_mps: float
-    wsp_actions: int
-    position: Values
-
-    @classmethod
-    def at(cls, now: Estimate) -> Self:
-        """Where the wagon is."""
-        return cls(now.time_s, now.clock_s, now.distance_m, now.speed_mps, _wsp_actions(now), position(now))
-
-    @classmethod
-    def of(cls, evidence: Values, end: str, *, distance_m: float, wsp_actions: int) -> Self:
-        """The one that an earlier run has told of, by what this run counts from 0."""
-        time_s, speed_mps = number_in(evidence, f"{end}ed_time_s"), number_in(evidence, f"speed_{end}_mps")
-        where = {
-            key: evidence[f"{key}_{end}"] for key in ("latitude_deg", "longitude_deg") if f"{key}_{end}" in evidence
-        }
-        return cls(time_s, time_s, distance_m, speed_mps, wsp_actions, where)
-
-
-@dataclass(slots=True)
-class _Event:
-    """One stretch of slippery rail, from the first wheelset that slid on it to the last."""
-
-    began: _End
-    ended: _End
-    greatest_slip: list[float]
-    is_sure: bool = False  # it has been told by estimates that are valid: then by no other
-    least: float = 1.0
-    least_speed_mps: float = 0.0  # at which that was
-    given: deque[float] = field(default_factory=lambda: deque(maxlen=GIVEN))  # what the rail had to give
-    sanded: bool = False
 
 
 class LowAdhesion:
@@ -91,7 +50,7 @@ class LowAdhesion:
         self._count = wheelset_count
         observations = max(round(max(settings.debounce_s, HELD_S) / OBSERVATION_PERIOD_S), 1)
         self._asked: deque[_Asked] = deque(maxlen=observations)  # lately
-        self._event: _Event | None = None
+        self._event: SlipperyStretch | None = None
         self._earlier_acts: EarlierCount[int] = EarlierCount(settings.merge_gap_s)  # of slide protection
         self._acts_before = 0
         self._seen_s = -inf
@@ -101,25 +60,13 @@ class LowAdhesion:
         return (self._judge(seen),)
 
     def resume(self, _: int, evidence: Values) -> None:
-        """Go on with an event, whose way and time add up; what was told of the rail holds."""
-        least = number_in(evidence, "least_adhesion", 1.0)
-        distance_m, wsp_actions = number_in(evidence, "distance_m"), round(number_in(evidence, "wsp_actions"))
-        slips = [number_in(evidence, f"greatest_slip_{i}") for i in range(1, self._count + 1)]
-        self._event = _Event(
-            began=_End.of(evidence, "start", distance_m=-distance_m, wsp_actions=-wsp_actions),
-            ended=_End.of(evidence, "end", distance_m=0.0, wsp_actions=0),
-            is_sure=True,
-            least=least,
-            least_speed_mps=number_in(evidence, "least_adhesion_speed_mps"),
-            greatest_slip=slips,
-            sanded=evidence.get("sanding") == "yes",
-        )
-        self._event.given.append(number_in(evidence, "median_adhesion", least))
+        """Go on with an event."""
+        self._event = SlipperyStretch.of(evidence, self._count)
 
     def closing_evidence(self, _: int) -> Values:
         """The whole event."""
         event, self._event = self._event, None
-        return _evidence(event) if event else {}
+        return event.evidence() if event else {}
 
     def _judge(self, seen: Observation) -> Verdict:
         now = seen.estimate
@@ -128,7 +75,7 @@ class LowAdhesion:
             if self._event:  # it goes on
                 self._event.ended = self._event.ended._replace(time_s=now.time_s, clock_s=now.clock_s)
         self._seen_s = now.time_s
-        self._acts_before = self._earlier_acts.see(now.time_s, _wsp_actions(now))
+        self._acts_before = self._earlier_acts.see(now.time_s, wsp_actions_of(now))
         given = self._given(seen)
         if given is not None:
             self._asked.append(_Asked(now.time_s, *given, now.status is Status.VALID))
@@ -144,10 +91,9 @@ class LowAdhesion:
         if best >= self.settings.low:
             estimated = max(asked.estimated for asked in self._asked)
             if estimated < self.settings.low and (event := self._running(now.time_s)):  # it may go on
-                event.ended = _End.at(now)
+                event.ended = End.at(now)
             return FINE if estimated > self.settings.low + self.settings.clear_margin else UNKNOWN
-        self._note(now, best, is_sure=self._is_sure())
-        return self._finding(now, best)
+        return self._finding(self._note(now, best, is_sure=self._is_sure()), now, best)
 
     def _is_sure(self) -> bool:
         """Whether valid estimates tell of enough sliding: a brake that is only coming on does not ask for all."""
@@ -189,30 +135,21 @@ class LowAdhesion:
             return FINE
         return UNKNOWN if gap_s < self.settings.merge_gap_s - self.settings.clear_s else FINE
 
-    def _running(self, time_s: float) -> _Event | None:
+    def _running(self, time_s: float) -> SlipperyStretch | None:
         """The event that what is seen now belongs to."""
         event, merges_s = self._event, self.settings.merge_gap_s + self.settings.clear_s
         return event if event is not None and 0.0 <= time_s - event.ended.time_s <= merges_s else None
 
-    def _note(self, now: Estimate, best: float, *, is_sure: bool) -> None:
+    def _note(self, now: Estimate, best: float, *, is_sure: bool) -> SlipperyStretch:
         event = self._running(now.time_s)
         if event is None:
-            began = _End.at(now)._replace(wsp_actions=self._acts_before)
-            event = self._event = _Event(began, began, greatest_slip=[0.0] * len(now.wheelsets))
-        event.ended = _End.at(now)
-        if is_sure and not event.is_sure:
-            event.is_sure, event.least = True, 1.0
-            event.given.clear()
-        if is_sure or not event.is_sure:
-            event.given.append(best)
-            if best < event.least:
-                event.least, event.least_speed_mps = best, now.speed_mps
-        event.greatest_slip = [max(s, w.slip) for s, w in zip(event.greatest_slip, now.wheelsets, strict=True)]
-        event.sanded |= now.sanding
+            began = End.at(now)._replace(wsp_actions=self._acts_before)
+            event = self._event = SlipperyStretch(began, began, greatest_slip=[0.0] * self._count)
+        event.see(now, best, is_sure=is_sure)
+        return event
 
-    def _finding(self, now: Estimate, best: float) -> Finding:
-        assert self._event is not None
-        least, speed_mps = self._event.least, self._event.least_speed_mps
+    def _finding(self, event: SlipperyStretch, now: Estimate, best: float) -> Finding:
+        least, speed_mps = event.least, event.least_speed_mps
         levels = self.settings.levels
         level = level_of(least, levels)
         if level not in levels:  # of an event told by an earlier run with other limits
@@ -227,7 +164,7 @@ class LowAdhesion:
                 "adhesion": best,
                 "adhesion_std": now.adhesion_std,
                 "speed_mps": now.speed_mps,
-                **_evidence(self._event),
+                **event.evidence(),
             },
         )
 
@@ -243,27 +180,3 @@ def _slides(own: WheelsetEstimate, state: WheelState) -> bool:
     if own.friction_status is Status.INVALID:  # an input of its own is; what others miss does not matter
         return False
     return state is SLIDING or state is STOPPED or (state is PROTECTED and own.slip > PEAK_SLIP)
-
-
-def _wsp_actions(now: Estimate) -> int:
-    return sum([wheelset.work.wsp_actions for wheelset in now.wheelsets])
-
-
-def _evidence(event: _Event) -> Values:
-    began, ended = event.began, event.ended
-    values: Values = {
-        "started_time_s": began.clock_s,
-        "ended_time_s": ended.clock_s,
-        "distance_m": ended.distance_m - began.distance_m,
-        "speed_start_mps": began.speed_mps,
-        "speed_end_mps": ended.speed_mps,
-        "least_adhesion": event.least,
-        "least_adhesion_speed_mps": event.least_speed_mps,
-        "median_adhesion": median(event.given),
-        **{f"greatest_slip_{i}": slip for i, slip in enumerate(event.greatest_slip, 1)},
-        "wsp_actions": ended.wsp_actions - began.wsp_actions,
-        "sanding": "yes" if event.sanded else "no",
-    }
-    for name, end in (("start", began), ("end", ended)):
-        values |= {f"{key}_{name}": value for key, value in end.position.items()}
-    return values
