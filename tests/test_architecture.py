@@ -98,14 +98,14 @@ LAYERS = {
             "inputs.nominal_brakes inputs.fallen_force inputs.force_by_creep inputs.force_watch inputs.flag_watch "
             "inputs.wheel_state inputs.vehicle_speed inputs.holding_force inputs.descent inputs.speed_falls "
             "inputs.speed_bursts inputs.speed_scale inputs.odd_turning inputs.watched_wheelset inputs.wagon_past "
-            "inputs.speed_doubt inputs.wheel_watch inputs.refusals inputs.frozen_forces inputs.dead_forces "
-            "inputs.scatter_watch inputs.block_watch inputs.input_judge bus_watch observation rule alarm_cycle rules "
-            "rules.earlier_count rules.slippery_stretch rules.low_adhesion rules.wheelset_not_rotating rules.slide "
-            "rules.losses rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.agreed_shares "
-            "rules.told_apart rules.per_application rules.participation rules.pulled_braked rules.turns "
-            "rules.rolled_way rules.hidden_drag rules.lasting_creep rules.dragging_brake rules.brake_not_applied "
-            "rules.uneven_braking rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads "
-            "rules.all_rules monitor",
+            "inputs.speed_doubt inputs.wheel_watch inputs.refusals inputs.lone_inputs inputs.frozen_forces "
+            "inputs.dead_forces inputs.scatter_watch inputs.block_watch inputs.input_judge bus_watch observation "
+            "rule alarm_cycle rules rules.earlier_count rules.slippery_stretch rules.low_adhesion "
+            "rules.wheelset_not_rotating rules.slide rules.losses rules.inputs rules.buses rules.memory_failing "
+            "rules.creep_shares rules.agreed_shares rules.told_apart rules.per_application rules.participation "
+            "rules.pulled_braked rules.turns rules.rolled_way rules.hidden_drag rules.lasting_creep "
+            "rules.dragging_brake rules.brake_not_applied rules.uneven_braking rules.friction_out_of_band "
+            "rules.friction_drift rules.hot_disc rules.pads rules.all_rules monitor",
         ),
         "words settings decoding estimation",
     ),

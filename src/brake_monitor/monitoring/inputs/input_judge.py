@@ -15,6 +15,7 @@ from brake_monitor.monitoring.inputs.dead_forces import DeadForces
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
 from brake_monitor.monitoring.inputs.frozen_forces import FrozenForces
+from brake_monitor.monitoring.inputs.lone_inputs import LoneInputs
 from brake_monitor.monitoring.inputs.refusals import Refusals
 from brake_monitor.monitoring.inputs.scatter_watch import ScatterWatch
 from brake_monitor.monitoring.inputs.watched_force import ForceState
@@ -26,7 +27,6 @@ from brake_monitor.samples import Channel, InputCondition, Measurand, Quality, Q
 from brake_monitor.settings.config import Settings
 
 GOOD = Quality.GOOD
-AWAITED, LOST = InputCondition.AWAITED, InputCondition.LOST
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # while one is not good it is taken to say 0
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
@@ -50,16 +50,11 @@ class InputJudge:
     def __init__(self, settings: Settings, channels: Sequence[Channel], ratios: SpeedRatios) -> None:
         """`ratios` is what others ask as well."""
         contact_force_n = settings.estimator.contact_force_n
-        self._alone = InputReports(InputReport(channel, AWAITED) for channel in channels)  # each by itself
-        self._changes = -1  # as `judge` was told when they were judged; whether then of each wheelset were good ...
-        self._measured: list[bool] = []  # ... its own speed and the vehicle's
-        self._arriving: list[bool] = []  # ... its pressing force
-        self._told: list[bool] = []  # ... all of these
-        self._impossible: list[int] = []  # whose pressing forces said what no brake does
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused  # of a signal that says something good again it forgets
         self._frozen = FrozenForces(channels, contact_force_n)
         self._wheels = WheelWatch(settings.vehicle, contact_force_n, is_in_train=settings.estimator.preset == "train")
+        self._alone = LoneInputs(channels, self._refusals, self._wheels)
         self._scatter = ScatterWatch(settings.vehicle.wheelset_count)
         self._flags = FlagWatch(channels, settings.vehicle.wheelset_count, contact_force_n)
         watching = (self._frozen.watchers, self._wheels.watchers, self._flags.watchers)
@@ -114,12 +109,10 @@ class InputJudge:
 
         It thinks the same as long as its `changes` are as many.
         """
-        changes += self._wheels.drops
-        if self._alone.not_good or changes != self._changes:
-            self._judge_alone(estimate.time_s, len(estimate.wheelsets), condition)
-            self._changes = changes
-        alone, measured, arriving = self._alone, self._measured, self._arriving
-        dead = self._dead.see(estimate.time_s, estimate.forces_n, self._impossible)
+        alone = self._alone
+        alone.judge(estimate.time_s, condition, changes)
+        measured, arriving = alone.measured, alone.arriving
+        dead = self._dead.see(estimate.time_s, estimate.forces_n, alone.impossible)
         if dead:
             arriving = [is_told and i not in dead for i, is_told in enumerate(arriving)]
         wheels = self._wheels.judge(estimate, measured)
@@ -133,7 +126,7 @@ class InputJudge:
         if dead:
             forces = tuple([ForceState.CONTRADICTED if i in dead else state for i, state in enumerate(forces)])
         self._froze = frozen = self._frozen_forces(estimate, arriving, wheels, forces)
-        told = self._told
+        told = alone.told
         if is_contradicted:  # what its speed says shows nothing of its flag
             told = [own and state is not WheelState.CONTRADICTED for own, state in zip(told, wheels, strict=True)]
         stuck = self._flags.judge(estimate, told)
@@ -141,9 +134,9 @@ class InputJudge:
         is_contradicted |= ForceState.CONTRADICTED in forces
         repeats = Doubt.REPEATED in estimate.reasons
         if not (is_contradicted or frozen or stuck or repeats):  # the usual case
-            return alone, wheels
+            return alone.reports, wheels
         found = _Beside(wheels, forces, frozen, stuck)
-        beside = InputReports(self._beside_others(report, found) for report in alone)
+        beside = InputReports(self._beside_others(report, found) for report in alone.reports)
         return InputReports(map(speed_is_repeated, beside)) if repeats else beside, wheels
 
     @property
@@ -161,29 +154,6 @@ class InputJudge:
     def idle_brakes(self) -> frozenset[int]:
         """The wheelsets whose brakes have shown that they do nothing, see `ForceWatch`."""
         return self._forces.idle
-
-    def _judge_alone(self, time_s: float, count: int, condition: Callable[[Measurand], InputCondition]) -> None:
-        """Judge each signal by itself; its report is the same as before in most cases."""
-        judged = []
-        for before in self._alone:
-            now = condition(before.measurand)
-            if now is LOST:
-                now = self._refusals.why_lost(before.measurand, time_s)
-            losses = self._refusals.losses[before.measurand]
-            if before.channel.quantity is AXLE_SPEED:
-                losses += self._wheels.wheels[before.channel.wheelset].drops
-            is_same = now is before.condition and losses == before.losses
-            judged.append(before if is_same else replace(before, condition=now, losses=losses))
-        self._alone = alone = InputReports(judged)
-        (has_speed,) = alone.are_good(SPEED, 1)
-        self._measured = [has_speed and own for own in alone.are_good(AXLE_SPEED, count)]
-        self._arriving = alone.are_good(PRESSING_FORCE, count)
-        self._impossible = [
-            report.channel.wheelset
-            for report in alone.not_good
-            if report.channel.quantity is PRESSING_FORCE and report.condition is InputCondition.IMPOSSIBLE
-        ]
-        self._told = [speed and force for speed, force in zip(self._measured, self._arriving, strict=True)]
 
     def _frozen_forces(
         self, now: Estimate, arriving: list[bool], wheels: tuple[WheelState, ...], forces: tuple[ForceState, ...]
