@@ -13,9 +13,8 @@ the others then begin with it.
 from collections import deque
 from collections.abc import Sequence
 from functools import cached_property
-from itertools import pairwise
-from math import hypot, inf, log, sqrt
-from statistics import fmean, pstdev, pvariance
+from math import hypot, inf, log
+from statistics import fmean
 from typing import NamedTuple
 
 from msgspec import Struct
@@ -24,6 +23,7 @@ from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
+from brake_monitor.monitoring.rules.block_means import BLOCK, block_means, mean_and_std, moved, std_between
 from brake_monitor.monitoring.rules.turns import LEAST_SPEED_MPS, log_turns, turns_apart
 
 BEFORE_S = 12.0  # of free rolling before the application, at most ...
@@ -32,13 +32,11 @@ LEAST_BRAKING_S = 3.0
 MOST_BRAKING = 600  # observations; what comes later in a long application is left out
 LEAST_AFTER_S = 9.0
 LONGEST_AFTER_S = 30.0  # after the release; from then on the track may have changed
-BLOCK = 10  # observations whose mean is one independent value
 SIGNIFICANT_SIGMAS = 3.5
 LEAST_SHIFT = 1e-4  # relative; tyres and curves do as much
 SEEN_AGAIN_S = 4.0  # of free rolling after the next release, by when both traces have to show again
 STIFFNESS_RATIO = 1.8  # the creep stiffness by drag over that by braking, or the other way round
-CLEAR_SIGMAS = 3.0  # of what the vehicle's speed errs by: with less the creep by braking is not known ...
-LEAST_CORRELATION = 0.2  # ... of one block with the next; so few blocks may hide as much
+CLEAR_SIGMAS = 3.0  # of what the vehicle's speed errs by: with less the creep by braking is not known
 TURNED = 1e-3  # more than a drag shifts, or any curve: tyres were turned meanwhile, or wheelsets changed
 STEADY = 0.5  # of force and shift: the most by which they, or anything else, may move
 
@@ -197,7 +195,7 @@ class HiddenDragSearch:
         rolled = [fmean(m.log_turns) - m.log_speed for m in self._before]
         creep = fmean(rolled) - fmean(fmean(m.log_turns) - m.log_speed for m in self._braking)
         adhesion = fmean(m.now.adhesion for m in self._braking)
-        if adhesion <= 0.0 or creep <= CLEAR_SIGMAS * _std_between(_blocks(rolled), len(self._braking) / BLOCK):
+        if adhesion <= 0.0 or creep <= CLEAR_SIGMAS * std_between(block_means(rolled), len(self._braking) / BLOCK):
             return False
         stiffness_n = adhesion * mass_kg * GRAVITY_MPS2 / count / creep
         return 1.0 / STIFFNESS_RATIO <= force_n / shift / stiffness_n <= STIFFNESS_RATIO
@@ -205,14 +203,14 @@ class HiddenDragSearch:
     def _was_steady(self, drag: HiddenDrag) -> bool:
         """Whether the wheelset kept its ratio to the others while braking; motors and pads hand over to each other."""
         halves = _in_halves([m.apart[drag.wheelset] for m in self._braking])
-        return self._by_motors or _moved(*halves) <= STEADY * drag.slip_shift
+        return self._by_motors or moved(*halves) <= STEADY * drag.slip_shift
 
     def _is_alone(self, i: int, shift: float) -> bool:
         """Whether nothing else moved beyond its scatter: the ratios since the application, and the others."""
         alike = [_in_halves([m.apart[i] for m in self._after])]
         before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in self._after]
         alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
-        return all(_moved(early, late) <= STEADY * shift for early, late in alike)
+        return all(moved(early, late) <= STEADY * shift for early, late in alike)
 
 
 def _more_mps2(before: Sequence[_Moment], after: Sequence[_Moment]) -> float:
@@ -230,8 +228,8 @@ def _shortly(before: Sequence[_Moment]) -> Sequence[_Moment]:
 
 def _shift(i: int, before: Sequence[_Moment], after: Sequence[_Moment]) -> tuple[float, float]:
     """By how much wheelset i turns more slowly against the others than before, and the deviation of that."""
-    before_mean, before_std = _mean_and_std([m.apart[i] for m in before])
-    after_mean, after_std = _mean_and_std([m.apart[i] for m in after])
+    before_mean, before_std = mean_and_std([m.apart[i] for m in before])
+    after_mean, after_std = mean_and_std([m.apart[i] for m in after])
     return before_mean - after_mean, hypot(before_std, after_std)
 
 
@@ -255,29 +253,3 @@ def _ends(after: Sequence[_Moment]) -> tuple[list[_Moment], list[_Moment]]:
 def _in_halves(values: Sequence[float]) -> tuple[Sequence[float], Sequence[float]]:
     half = len(values) // 2
     return values[:half], values[half:]
-
-
-def _moved(early: Sequence[float], late: Sequence[float]) -> float:
-    """By how much the mean has moved, less one deviation of that."""
-    (early_mean, early_std), (late_mean, late_std) = _mean_and_std(early), _mean_and_std(late)
-    return abs(early_mean - late_mean) - hypot(early_std, late_std)
-
-
-def _mean_and_std(values: Sequence[float]) -> tuple[float, float]:
-    """Mean of a series, and its deviation by the scatter of its blocks."""
-    blocks = _blocks(values)
-    return fmean(values), pstdev(blocks) / sqrt(max(len(blocks) - 1, 1))
-
-
-def _std_between(blocks: Sequence[float], others: float) -> float:
-    """Of the difference between their mean and that of so many other blocks, which err alike, maybe for seconds."""
-    mean, variance = fmean(blocks), pvariance(blocks)
-    products = sum((early - mean) * (late - mean) for early, late in pairwise(blocks))
-    correlation = max(products / (len(blocks) * variance) if variance else 0.0, LEAST_CORRELATION)
-    worth = (1.0 - correlation) / (1.0 + correlation)  # of one block, as a value by itself
-    return sqrt(variance * sum(1.0 / max(worth * count, 1.0) for count in (len(blocks), others)))
-
-
-def _blocks(values: Sequence[float]) -> list[float]:
-    """Their means."""
-    return [fmean(values[k : k + BLOCK]) for k in range(0, len(values) - BLOCK + 1, BLOCK)] or [fmean(values)]
