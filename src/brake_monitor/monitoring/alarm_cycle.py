@@ -10,9 +10,9 @@ from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.rule import UNKNOWN, Finding, NoFinding, Suspicion, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
 
-# An open alarm's values are given out anew no more often, unless it gets graver: after 10 s, later after a tenth of its
-# age, as far as this run saw it. One that stands for days (a parked wagon's bus is silent) would else push all others
-# out of every memory.
+# An open alarm's new values are given out after 10 s at the soonest, later after a tenth of its age (as far as this run
+# saw it); at once if it gets graver. Otherwise one that stands for days, as where a parked wagon's bus is silent, would
+# push all others out of every memory.
 REFRESH_S = 10.0
 REFRESH_SHARE = 0.1
 LIGHTER = 0.9  # of what was told: less is lighter, and no longer noise
@@ -48,7 +48,7 @@ class AlarmCycle:
         return self.open is None and self._since_s == inf
 
     def resume(self, alarm: Alarm, misled_by: MisledBy | None = None) -> None:
-        """Go on with an alarm that was open when the program ended, and latch it: whether it did is not remembered."""
+        """Go on with an alarm that was open when the program ended; it latches: whether it did is not remembered."""
         self.open, self._given, self._begun_s = alarm, alarm, inf  # by a clock that may have been set since
         self._since_s, self._latches, self.misled_by = inf, True, misled_by
 

@@ -17,10 +17,10 @@ class Finding(Struct, frozen=True):
     severity: Severity
     message: str
     evidence: Values
-    latches: bool = True  # where the rule does; False: it may still prove to be nothing, and then clears by itself
-    is_all: bool = False  # it lists all that is wrong now, and takes the place of what was told before, graver or not
+    latches: bool = True  # if the rule's alarms do; False: it may yet prove to be nothing, and then clears by itself
+    is_all: bool = False  # it lists all that is wrong now: it replaces what was told before, even if that was graver
     misled_by: MisledBy | None = None  # why estimates err meanwhile, which do not know of it
-    weight: float = 0.0  # of what was found likewise, as the condition lasts, the weightiest is kept, or the newest
+    weight: float = 0.0  # while the condition lasts the weightiest finding is told; the newest where none weighs more
 
 
 class Suspicion(Struct, frozen=True):

@@ -97,7 +97,7 @@ class BrakeBook:
         return ended
 
     def _step_s(self, now: Estimate) -> float:
-        """Since what was seen before, if only by an earlier run: how long that is ago the clock may tell only later."""
+        """Since the last observation, perhaps of an earlier run: how long ago that was may become known later."""
         step_s = 0.0 if self._seen_s is None else now.time_s - self._seen_s
         before_s = self.brakes.time_s
         if before_s is not None and before_s <= self._resumed_s <= now.clock_s:

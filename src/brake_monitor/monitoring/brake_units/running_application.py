@@ -55,7 +55,7 @@ class RunningApplication:
         return earlier_s + self._end.time_s - self._begin.time_s
 
     def lasts_at(self, time_s: float) -> bool:
-        """Whether it was not over before."""
+        """Whether it still goes on then."""
         return time_s - self._end.time_s < (LONGEST_GAP_S if self.is_unknown else RELEASED_S)
 
     def press(self, presses: Sequence[bool], known: Sequence[bool], motors_brake: Sequence[bool]) -> None:

@@ -13,7 +13,7 @@ from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, Wheelset
 from brake_monitor.samples import Channel, Quantity
 
 STUCK_S = 10.0  # so long without any brake, longer than a flag outlasts its slide
-BRAKED_SHARE = 1.0 / 6.0  # a second under a steady brake speaks as much: some flags last until the release
+BRAKED_SHARE = 1.0 / 6.0  # a second under a steady brake counts for so much: some flags stay set until the release
 STEADY = 0.1  # of the pressing force
 STEADY_N = 1000.0
 WATCHED_FROM_MPS = 3.0  # slower, and at standstill, slip shows nothing and valves are tested

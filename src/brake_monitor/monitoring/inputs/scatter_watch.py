@@ -10,7 +10,7 @@ from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 
 TOLD_S = 10.0  # of rolling: a slide, or what a curve or a bridge does, is over sooner
-MOST_S = 20.0  # it is told for as long at most after the last scatter, however long that lasted
+MOST_S = 20.0  # it is told for no longer than this after it has ended, however long it lasted
 WATCHED_FROM_MPS = 3.0
 
 

@@ -142,7 +142,7 @@ class WatchedWheelset:
         self._stand()
 
     def judge_turning(self, now: Estimate, own: WheelsetEstimate, *, demanded: bool, any_rolls: bool) -> WheelState:
-        """Of a wheelset that turns; `any_rolls`: one of the wagon does, another one where this one slips."""
+        """What a wheelset that turns does; `any_rolls`: any wheelset of the wagon rolls."""
         slip, speed_mps = own.slip, now.speed_mps
         if self._see_oddness(now, demanded=demanded) or self.bursts.is_on(now.time_s):
             self._slides = 0

@@ -1,4 +1,4 @@
-"""A count as it was a while ago. Only what it was before it changed is kept: nearly always it does not."""
+"""A count as it was a while ago. Kept are only the values before each change: it hardly ever changes."""
 
 from collections import deque
 from typing import Generic, TypeVar
