@@ -91,21 +91,22 @@ LAYERS = {
     "monitoring": Layer(
         within(
             "monitoring",
-            "alarm reports misled last_time contact_stiffness creep_meter brake_units brake_units.application_record "
-            "brake_units.running_wheelset brake_units.running_application brake_units.application_recorder "
-            "brake_units.wear brake_units.disc_temperature brake_units.brakes brake_units.gauge "
-            "brake_units.brake_book inputs inputs.retardation inputs.watched_force inputs.pressed_brakes "
-            "inputs.nominal_brakes inputs.fallen_force inputs.force_by_creep inputs.force_watch inputs.flag_watch "
-            "inputs.wheel_state inputs.vehicle_speed inputs.holding_force inputs.descent inputs.speed_falls "
-            "inputs.speed_bursts inputs.speed_scale inputs.odd_turning inputs.watched_wheelset inputs.wagon_past "
-            "inputs.speed_doubt inputs.wheel_watch inputs.refusals inputs.lone_inputs inputs.frozen_forces "
-            "inputs.dead_forces inputs.scatter_watch inputs.block_watch inputs.input_judge bus_watch observation "
-            "rule alarm_cycle rules rules.earlier_count rules.slippery_stretch rules.low_adhesion "
-            "rules.wheelset_not_rotating rules.slide rules.losses rules.inputs rules.buses rules.memory_failing "
-            "rules.creep_shares rules.agreed_shares rules.told_apart rules.per_application rules.participation "
-            "rules.pulled_braked rules.turns rules.rolled_way rules.block_means rules.hidden_drag "
-            "rules.lasting_creep rules.dragging_brake rules.brake_not_applied rules.uneven_braking "
-            "rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads rules.all_rules monitor",
+            "alarm reports misled passing_time contact_stiffness creep_meter brake_units "
+            "brake_units.application_record brake_units.running_wheelset brake_units.running_application "
+            "brake_units.application_recorder brake_units.wear brake_units.disc_temperature brake_units.brakes "
+            "brake_units.gauge brake_units.brake_book inputs inputs.retardation inputs.watched_force "
+            "inputs.pressed_brakes inputs.nominal_brakes inputs.fallen_force inputs.force_by_creep "
+            "inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed inputs.holding_force "
+            "inputs.descent inputs.speed_falls inputs.speed_bursts inputs.speed_scale inputs.odd_turning "
+            "inputs.watched_wheelset inputs.wagon_past inputs.speed_doubt inputs.wheel_watch inputs.refusals "
+            "inputs.lone_inputs inputs.frozen_forces inputs.dead_forces inputs.scatter_watch inputs.block_watch "
+            "inputs.input_judge bus_watch observation rule alarm_cycle rules rules.earlier_count "
+            "rules.slippery_stretch rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
+            "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.agreed_shares rules.told_apart "
+            "rules.per_application rules.participation rules.pulled_braked rules.turns rules.rolled_way "
+            "rules.block_means rules.hidden_drag rules.lasting_creep rules.dragging_brake rules.brake_not_applied "
+            "rules.uneven_braking rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads "
+            "rules.all_rules monitor",
         ),
         "words settings decoding estimation",
     ),

@@ -15,7 +15,7 @@ from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, WheelsetEstimate
 from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS
-from brake_monitor.monitoring.last_time import LastTime
+from brake_monitor.monitoring.passing_time import LastTime
 
 MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
 REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say ...

@@ -6,10 +6,10 @@ and pressing force alone for a minute.
 """
 
 from collections.abc import Iterable, Sequence
-from math import inf
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
+from brake_monitor.monitoring.passing_time import Steps
 from brake_monitor.samples import Channel, Quantity
 
 STUCK_S = 10.0  # so long without any brake, longer than a flag outlasts its slide
@@ -27,13 +27,11 @@ class FlagWatch:
         told_of = {i: (i,) for i in mapped} if len(mapped) > 1 else {0: tuple(range(wheelset_count))}
         self.flags = {i: Flag(told_of[i], contact_force_n) for i in mapped}
         self.watchers = {(Quantity.WSP_ACTIVE, i): flag.see for i, flag in self.flags.items()}
-        self._seen_s = -inf
+        self._steps = Steps()
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> frozenset[int]:
         """The wheelsets whose flags are stuck; `measured`: of which wheelsets speeds and pressing force are good."""
-        step_s, self._seen_s = now.time_s - self._seen_s, now.time_s
-        if not 0.0 <= step_s <= LONGEST_STEP_S:
-            step_s = 0.0
+        step_s = self._steps.until(now.time_s)
         return frozenset([i for i, flag in self.flags.items() if flag.judge(now, measured, step_s)])
 
 

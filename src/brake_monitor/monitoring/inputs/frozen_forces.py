@@ -7,7 +7,7 @@ from math import inf
 from brake_monitor.estimation.core.regime_watch import SHOWN_S
 from brake_monitor.estimation.doubts.dead_force import DeadForce
 from brake_monitor.monitoring.inputs.force_watch import SETTLED_S
-from brake_monitor.monitoring.last_time import LastTime
+from brake_monitor.monitoring.passing_time import LastTime
 from brake_monitor.samples import Channel, Quantity
 
 PRESSING_FORCE = Quantity.PRESSING_FORCE

@@ -7,7 +7,7 @@ from operator import mul
 
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
-from brake_monitor.monitoring.last_time import LastTime
+from brake_monitor.monitoring.passing_time import LastTime
 from brake_monitor.settings.config import Vehicle
 
 SPAN_S = 1.5  # of which the mean is taken

@@ -4,10 +4,9 @@ Where all wheel speeds scatter their configuration, the times of their frames or
 no sensor alone.
 """
 
-from math import inf
-
 from brake_monitor.estimation.doubts.consistency import Doubt
-from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
+from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.passing_time import Steps
 
 TOLD_S = 10.0  # of rolling: a slide, or what a curve or a bridge does, is over sooner
 MOST_S = 20.0  # it is told for no longer than this after it has ended, however long it lasted
@@ -21,16 +20,16 @@ class ScatterWatch:
         self._vehicle = _Scattering()
         self._wheels = [_Scattering() for _ in range(wheelset_count)]
         self._lasts = False  # what any has shown lately
-        self._seen_s = -inf
+        self._steps = Steps()
         self.wheels = frozenset[int]()  # whose speeds scatter
         self.speed_scatters = False  # the vehicle's
 
     def see(self, now: Estimate) -> None:
         """Go on by one observation."""
-        step_s, self._seen_s = now.time_s - self._seen_s, now.time_s
+        step_s = self._steps.until(now.time_s)
         if not (self._lasts or now.speed_scatters or Doubt.SCATTERED in now.reasons):  # the usual case
             return
-        if not 0.0 < step_s <= LONGEST_STEP_S or now.speed_mps < WATCHED_FROM_MPS:
+        if not step_s or now.speed_mps < WATCHED_FROM_MPS:
             return
         if not now.saturated:  # slides make wheel speeds scatter, and not the vehicle's
             scatters = [own.speed_scatters for own in now.wheelsets]

@@ -9,9 +9,9 @@ from collections.abc import Sequence
 from math import inf, log
 from statistics import fmean
 
-from brake_monitor.estimation.estimate import LONGEST_STEP_S
 from brake_monitor.estimation.rolling.radius_calibration import TURNED_S
 from brake_monitor.monitoring.creep_meter import nearer
+from brake_monitor.monitoring.passing_time import Steps
 
 LEAST_SPEED_MPS = 10.0  # below it noise counts too much, ...
 STEADY_MPS2 = 0.15  # ... and while the wagon gains or loses more than that, how much the speed lags
@@ -31,7 +31,8 @@ class SpeedScale:
 
     def __init__(self) -> None:
         self.is_off = False  # it is another one
-        self._time_s = self._rolled_s = -inf
+        self._steps = Steps()
+        self._rolled_s = -inf
         self._trend_mps = 0.0  # of the wheelsets' mean, behind it by TREND_S
         self._lately: list[float] = []  # of each wheelset, logarithm of its own speed over the vehicle's
         self._usual: list[float] = []
@@ -40,8 +41,8 @@ class SpeedScale:
 
     def see(self, time_s: float, speed_mps: float, rolling_mps: Sequence[float], *, is_free: bool) -> None:
         """Take the vehicle's speed, those of all wheelsets, and whether these have rolled freely for a while."""
-        step_s, self._time_s = time_s - self._time_s, time_s
-        if min(speed_mps, *rolling_mps) < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_STEP_S:
+        step_s = self._steps.until(time_s)
+        if min(speed_mps, *rolling_mps) < LEAST_SPEED_MPS or not step_s:
             self._lately, self._steady_s, self._agrees_s = [], 0.0, 0.0
             return
         if time_s - self._rolled_s > TURNED_S:

@@ -7,7 +7,7 @@ from typing import NamedTuple
 from brake_monitor.estimation.core.regime_watch import PRESSES_N
 from brake_monitor.estimation.doubts.still_force import moves
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.last_time import LastTime
+from brake_monitor.monitoring.passing_time import LastTime
 
 LEAST_COUNT = 5  # observations
 INDEPENDENT = 10.0  # observations count as one independent value: creep and retardation are means of a second

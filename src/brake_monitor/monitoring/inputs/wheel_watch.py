@@ -25,7 +25,7 @@ from brake_monitor.monitoring.inputs.watched_wheelset import (
     WatchedWheelset,
 )
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
-from brake_monitor.monitoring.last_time import LastTime
+from brake_monitor.monitoring.passing_time import LastTime
 from brake_monitor.samples import Measurand, Quantity
 from brake_monitor.settings.config import Vehicle
 

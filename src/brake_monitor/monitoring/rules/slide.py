@@ -2,11 +2,11 @@
 
 from dataclasses import dataclass
 
-from brake_monitor.estimation.estimate import LONGEST_STEP_S
 from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import Observation
+from brake_monitor.monitoring.passing_time import Steps
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 from brake_monitor.settings.alarm_settings import SlideRule
@@ -44,13 +44,11 @@ class Slide:
         self._slides: list[_Slide | None] = [None] * wheelset_count
         self._all_fine = (FINE,) * wheelset_count
         self._earlier_acts: EarlierCount[tuple[int, ...]] = EarlierCount(settings.clear_s)  # of slide protection
-        self._before_s: float | None = None
+        self._steps = Steps()
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
-        step_s = 0.0 if self._before_s is None else seen.time_s - self._before_s
-        self._before_s = seen.time_s
-        step_s = step_s if 0.0 <= step_s <= LONGEST_STEP_S else 0.0
+        step_s = self._steps.until(seen.time_s)
         acts = tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])
         acts_before = self._earlier_acts.see(seen.time_s, acts)
         if seen.all_roll and not any(self._slides):  # the usual case
