@@ -56,14 +56,14 @@ class EarlierRun:
         """What the next run is to take over of this one, by what is known now."""
         core = self._core
         return Learned(
-            now.clock_s,
-            tuple([wheel.radius.radius_m for wheel in core.wheels]),
-            tuple([wheelset.friction for wheelset in now.wheelsets]),
-            tuple([wheelset.friction_std for wheelset in now.wheelsets]),
-            now.deceleration_mps2,
-            now.deceleration_std_mps2,
-            now.mass_kg if core.now.weighed else None,
-            tuple([wheel.radius.rolled_s for wheel in core.wheels]),
-            self._configured_m,
+            time_s=now.clock_s,
+            wheel_radius_m=tuple([wheel.radius.radius_m for wheel in core.wheels]),
+            friction=tuple([wheelset.friction for wheelset in now.wheelsets]),
+            friction_std=tuple([wheelset.friction_std for wheelset in now.wheelsets]),
+            deceleration_mps2=now.deceleration_mps2,
+            deceleration_std_mps2=now.deceleration_std_mps2,
+            mass_kg=now.mass_kg if core.now.weighed else None,
+            wheel_rolled_s=tuple([wheel.radius.rolled_s for wheel in core.wheels]),
+            configured_radius_m=self._configured_m,
             deceleration_per_metre=core.now.line.density,
         )

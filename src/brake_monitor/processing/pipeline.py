@@ -310,8 +310,15 @@ class Pipeline:
         inputs, wheels = self._input_judge.judge(estimate, estimator.input_condition, estimator.input_changes)
         a_brake_drags = MisledBy.DRAG in self.monitor.misled_by
         applications = self.brake_book.see(estimate, inputs, a_brake_drags=a_brake_drags)
-        buses, brakes, failure = self._bus_watch.reports(time_s), self.brake_book.brakes, self.memory_failure
-        seen = Observation(estimate, inputs, buses, brakes, wheels, failure, self._input_judge.misled_by)
+        seen = Observation(
+            estimate,
+            inputs,
+            wheels=wheels,
+            buses=self._bus_watch.reports(time_s),
+            brakes=self.brake_book.brakes,
+            memory_failure=self.memory_failure,
+            misled_by=self._input_judge.misled_by,
+        )
         disbelieved, idle = inputs.disbelieved, self._input_judge.idle_brakes
         if disbelieved != estimator.disbelieved or idle != estimator.idle_brakes:
             self.taker.settle()

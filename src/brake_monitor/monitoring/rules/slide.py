@@ -87,7 +87,12 @@ class Slide:
             return self._judge_rolling(i, now.time_s)
         if slide is None or slide.is_over:
             slide = self._slides[i] = _Slide(
-                now.clock_s, now.speed_mps, acts_before, now.time_s, now.clock_s, now.speed_mps
+                began_clock_s=now.clock_s,
+                speed_start_mps=now.speed_mps,
+                wsp_actions_before=acts_before,
+                ended_s=now.time_s,
+                ended_clock_s=now.clock_s,
+                speed_end_mps=now.speed_mps,
             )
         slide.sliding_m += max(own.slip, 0.0) * now.speed_mps * step_s
         if own.slip > NEARLY_STOPPED_SLIP:

@@ -48,7 +48,9 @@ class WheelsetNotRotating:
         """Go on with a wheelset that was dragged: it adds up."""
         began_s, speed_mps = number_in(evidence, "started_time_s"), number_in(evidence, "speed_start_mps")
         dragged_m = number_in(evidence, "dragged_m")
-        self._dragging[i] = _Dragging(began_s, speed_mps, None, inf, dragged_m, dragged_m, is_told=True)
+        self._dragging[i] = _Dragging(
+            began_s, speed_mps, stands_from_m=None, since_s=inf, earlier_m=dragged_m, dragged_m=dragged_m, is_told=True
+        )
 
     def closing_evidence(self, i: int) -> Values:
         """How far it was dragged."""
