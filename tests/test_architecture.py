@@ -91,13 +91,14 @@ LAYERS = {
     "monitoring": Layer(
         within(
             "monitoring",
-            "alarm reports misled passing_time contact_stiffness creep_meter brake_units "
+            "alarm reports misled passing_time running_mean contact_stiffness creep_meter brake_units "
             "brake_units.application_record brake_units.running_wheelset brake_units.running_application "
             "brake_units.application_recorder brake_units.wear brake_units.disc_temperature brake_units.brakes "
             "brake_units.gauge brake_units.brake_book inputs inputs.retardation inputs.watched_force "
             "inputs.pressed_brakes inputs.nominal_brakes inputs.fallen_force inputs.force_by_creep "
-            "inputs.force_watch inputs.flag_watch inputs.wheel_state inputs.vehicle_speed inputs.holding_force "
-            "inputs.descent inputs.speed_falls inputs.speed_bursts inputs.speed_scale inputs.odd_turning "
+            "inputs.force_by_retardation inputs.force_watch inputs.flag_watch inputs.wheel_state "
+            "inputs.vehicle_speed inputs.holding_force inputs.descent inputs.speed_falls inputs.speed_bursts "
+            "inputs.speed_scale inputs.odd_turning "
             "inputs.watched_wheelset inputs.wagon_past inputs.speed_doubt inputs.wheel_watch inputs.refusals "
             "inputs.lone_inputs inputs.frozen_forces inputs.dead_forces inputs.scatter_watch inputs.block_watch "
             "inputs.input_judge bus_watch observation rule alarm_cycle rules rules.earlier_count "

@@ -4,7 +4,8 @@ from math import pi, sin
 
 import pytest
 
-from brake_monitor.monitoring.inputs.force_by_creep import LEARNED_FROM, RunningMean
+from brake_monitor.monitoring.inputs.force_by_creep import LEARNED_FROM
+from brake_monitor.monitoring.running_mean import RunningMean
 
 CREEP_PER_N = 2e-8
 

@@ -521,3 +521,26 @@ def test_brakes_that_come_on_one_after_the_other_are_not_suspected_of_pressing_u
         watch.judge(now, [True] * 4, speeds_are_good=True)
         only_the_last_is_silent = BRAKE_S + 1.0 <= time_s < BRAKE_S + 1.5
         assert watch.may_press_unseen is only_the_last_is_silent, time_s
+
+
+@pytest.mark.parametrize(("share_of_friction", "works"), [(1.0, True), (0.75, True), (1.0, False), (1.25, False)])
+def test_a_silent_brake_of_many_is_in_doubt_while_the_wagon_may_retard_by_it(
+    share_of_friction: float, *, works: bool
+) -> None:
+    """Four brakes, of which creep tells nothing; what they make of their forces shows in an application before."""
+
+    def braked_twice(time_s: float) -> float:
+        return FULL_N * (10.0 <= time_s < 20.0 or 40.0 <= time_s < 50.0)
+
+    def said(time_s: float) -> Sequence[float]:
+        return (braked_twice(time_s) * (time_s < 30.0), *(braked_twice(time_s),) * 3)
+
+    def real(time_s: float) -> Sequence[float]:
+        first = 1.0 if works or time_s < 30.0 else 0.0
+        return [share * share_of_friction * braked_twice(time_s) for share in (first, 1.0, 1.0, 1.0)]
+
+    wagon = vehicle("bogie")
+    watch = watch_of(wagon)
+    found = judged(said, real, wagon, creeps=False, until_s=49.0, watch=watch)
+    assert watch.may_press_unseen is works
+    assert {states[0] for states in found} == {UNKNOWN}

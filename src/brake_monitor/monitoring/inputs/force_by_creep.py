@@ -5,7 +5,7 @@ others do, and that error is part of it.
 """
 
 from collections.abc import Iterable, Sequence
-from math import hypot, inf, sqrt
+from math import hypot, sqrt
 from statistics import median
 
 from brake_monitor.estimation.core.regime_watch import PRESSES_N
@@ -16,6 +16,7 @@ from brake_monitor.monitoring.contact_stiffness import SOFTEST, STIFFEST, USUALL
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, LEAST_CREEP, Creep
 from brake_monitor.monitoring.inputs.nominal_brakes import NominalBrakes
 from brake_monitor.monitoring.inputs.watched_force import INDEPENDENT, SURE_SIGMAS, WORKS, ShownShare
+from brake_monitor.monitoring.running_mean import RunningMean
 
 LATE_STD_S = 0.03  # the vehicle's speed comes late, as behind a filter: all wheelsets seem to creep more under a brake
 LEARNED_FROM = 500  # steady observations: what the vehicle speed errs by lasts for seconds, and is in all of them
@@ -100,23 +101,6 @@ class ForceByCreep:
     def _learned_from(self) -> float:
         """Observations."""
         return max(mean.count for mean in self._learned)
-
-
-class RunningMean:
-    """Mean of all values, or nearly that of the last so many."""
-
-    def __init__(self, most: float = inf) -> None:
-        self._most = most
-        self.count = self.value = 0.0
-
-    def begin(self) -> None:
-        """The next value is the first one."""
-        self.count = 0.0
-
-    def add(self, value: float) -> None:
-        """Take the next value."""
-        self.count = min(self.count + 1.0, self._most)
-        self.value += (value - self.value) / self.count
 
 
 def _late_std(now: Estimate) -> float:

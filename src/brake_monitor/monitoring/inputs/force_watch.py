@@ -7,23 +7,21 @@ anything slides, nor where neither is clear enough. But who slides time and agai
 """
 
 from collections.abc import Collection, Sequence
-from math import hypot
 from statistics import median
 
 from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
-from brake_monitor.estimation.estimate import MOTORS_ERR, Estimate
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, SpeedRatios
 from brake_monitor.monitoring.inputs.fallen_force import has_died
 from brake_monitor.monitoring.inputs.force_by_creep import ForceByCreep
+from brake_monitor.monitoring.inputs.force_by_retardation import ForceByRetardation
 from brake_monitor.monitoring.inputs.nominal_brakes import NominalBrakes
 from brake_monitor.monitoring.inputs.pressed_brakes import Moment, PressedBrakes
 from brake_monitor.monitoring.inputs.retardation import Retardation
-from brake_monitor.monitoring.inputs.watched_force import ForceState, ShownShare, WatchedForce
+from brake_monitor.monitoring.inputs.watched_force import ForceState, WatchedForce
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
 SETTLED_S = 3.0  # after a slide
-LINE_STD_MPS2 = 0.02  # by so much the gradient may have changed since the wagon rolled freely
-GREATEST_REST = 2.0  # retardation by the other brakes, over that of the one in doubt: their friction is not known well
 
 
 class ForceWatch:
@@ -40,6 +38,7 @@ class ForceWatch:
         self._is_in_train = estimator.preset == "train"
         self._nominal = NominalBrakes(vehicle, estimator)
         self._by_creep = ForceByCreep(sensors, self._nominal)
+        self._by_retardation = ForceByRetardation(self._retardation, self._nominal)
         self._brakes = PressedBrakes(self._contact_force_n, count)
         self._forces = [WatchedForce() for _ in range(count)]
         self._speeds_were_good = True
@@ -121,8 +120,10 @@ class ForceWatch:
                 self._by_creep.see(creep, now)
             for i in judged:
                 self._judge(i, now, creep)
-        elif creep is not None and len(self._forces) > 1 and self._brakes.are_steady:
-            self._by_creep.learn(judged, creep, now)
+        elif len(self._forces) > 1 and self._brakes.are_steady:
+            self._by_retardation.learn(now)
+            if creep is not None:
+                self._by_creep.learn(judged, creep, now)
 
     def _judge(self, i: int, now: Estimate, creep: Sequence[Creep] | None) -> None:
         force, presses, forces_n = self._forces[i], self._brakes.pressing[i], now.forces_n
@@ -136,21 +137,5 @@ class ForceWatch:
         if is_alone or is_missing:
             as_if_n = forces_n[i] if is_alone else median(others_n)
             by_creep = None if creep is None else self._by_creep.share(i, as_if_n, creep, now)
-            force.see(by_creep, self._share_by_retardation(i, as_if_n, now), presses=is_alone)
-
-    def _share_by_retardation(self, i: int, as_if_n: float, now: Estimate) -> ShownShare | None:
-        """What brake i takes from the speed, over what `as_if_n` would; None where that cannot be told.
-
-        Where others are as silent as it is, as those of its cylinder, it is what all of them take over what all would.
-        """
-        pressing, nominal, mass_kg = self._brakes.pressing, self._nominal, now.mass_kg
-        in_doubt = [i] if pressing[i] else [k for k, presses in enumerate(pressing) if not presses]
-        expected_mps2 = sum(nominal.retardation_mps2(k, as_if_n, mass_kg) for k in in_doubt)
-        rest = [(k, own_n) for k, own_n in enumerate(now.forces_n) if k not in in_doubt]
-        rest_mps2 = sum(nominal.retardation_mps2(k, own_n, mass_kg) for k, own_n in rest)
-        by_brakes_mps2 = self._retardation.by_brakes_mps2
-        is_clear = expected_mps2 > rest_mps2 / GREATEST_REST
-        if not is_clear or by_brakes_mps2 is None or self._retardation.is_pulled:
-            return None
-        std_mps2 = hypot(LINE_STD_MPS2, MOTORS_ERR * self._retardation.by_motors_mps2)
-        return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, std_mps2 / expected_mps2)
+            by_retardation = self._by_retardation.share(i, as_if_n, self._brakes.pressing, now)
+            force.see(by_creep, by_retardation, presses=is_alone)

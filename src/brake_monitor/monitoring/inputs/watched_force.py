@@ -80,7 +80,8 @@ class WatchedForce:
         if works is not None and retards in {works, None}:
             self.state = ForceState.BORNE_OUT if works is presses else ForceState.CONTRADICTED
         seems_to_work, is_known = self._by_retardation.works(LEANS_SIGMAS), self.state is not ForceState.UNKNOWN
-        self.may_press_unseen = not (presses or is_known) and seems_to_work is True
+        may_work = seems_to_work is not False and self._by_retardation.is_seen
+        self.may_press_unseen = not (presses or is_known) and may_work
         self.may_be_idle = presses and not is_known and seems_to_work is False
 
 

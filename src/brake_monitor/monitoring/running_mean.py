@@ -1,0 +1,20 @@
+"""The mean of what has been seen so far, or lately."""
+
+from math import inf
+
+
+class RunningMean:
+    """Mean of all values, or nearly that of the last so many."""
+
+    def __init__(self, most: float = inf) -> None:
+        self._most = most
+        self.count = self.value = 0.0
+
+    def begin(self) -> None:
+        """The next value is the first one."""
+        self.count = 0.0
+
+    def add(self, value: float) -> None:
+        """Take the next value."""
+        self.count = min(self.count + 1.0, self._most)
+        self.value += (value - self.value) / self.count
