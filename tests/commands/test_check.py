@@ -223,6 +223,24 @@ def test_a_wheel_speed_is_held_against_the_vehicle_speed(wagon: Wagon, scale: fl
     assert [remark.partition(" turns")[0] for remark in wagon.remarks()] == ["axle_speed 1"] * is_remarked
 
 
+@pytest.mark.parametrize("in_the_tunnel", [None, 5.0])
+def test_a_wagon_that_is_fastest_while_its_speed_is_away_or_repeats_itself_is_not_remarked(
+    wagon: Wagon, in_the_tunnel: float | None
+) -> None:
+    """Five seconds at 5 m/s, then three in a tunnel at 10 m/s. A unit that is wrong shows all the time."""
+    frames = []
+    for k in range(80):
+        time_s, speed_mps = k * 0.1, 5.0 if k < 50 else 10.0
+        told_mps = speed_mps if k < 50 else in_the_tunnel
+        turns = round(3.6 * speed_mps * 100).to_bytes(2, "little").hex()
+        frames += [(time_s, f"1A0#{turns}{turns}000000{k % 16:02X}"), (time_s, brakes_have("0000", 1, k)[0])]
+        frames += [] if told_mps is None else [(time_s, goes(told_mps))]
+    wagon.record_at(frames)
+    assert "turns its wheel at up to" not in "".join(wagon.remarks())
+    wagon.change('signal = "v_ground", unit = "m/s"', 'signal = "v_ground", scale = 3.6')
+    assert "".join(wagon.remarks()).count("turns its wheel at up to 10 m/s") == 2
+
+
 def test_a_speed_that_is_always_0_while_the_others_are_not_is_remarked(wagon: Wagon) -> None:
     """As of a signal that the DBC has and nobody sends. Half a km/h, a crawl, says nothing."""
     wagon.record(*wheels_turn("100E"), *brakes_have("0000"), *3 * [goes(0.0)])

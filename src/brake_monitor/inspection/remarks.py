@@ -3,11 +3,14 @@
 from collections import defaultdict
 from collections.abc import Iterator
 
+import numpy as np
+
 from brake_monitor.decoding.j1939 import pgn_bits
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.frame import can_id_text
 from brake_monitor.inspection.batches import remarks_on_batches
 from brake_monitor.inspection.coarse import remarks_on_steps
+from brake_monitor.inspection.first_hour import FirstHour
 from brake_monitor.inspection.force_size import remarks_on_forces, remarks_on_load
 from brake_monitor.inspection.lags import remarks_on_lags
 from brake_monitor.inspection.pulled import remarks_on_pull
@@ -101,7 +104,10 @@ def _on_qualifiers(traffic: Traffic, decoder: SignalDecoder) -> Iterator[str]:
 
 
 def _on_speeds(traffic: Traffic, vehicle: Vehicle) -> Iterator[str]:
-    """Over a recording the greatest wheel speed and the greatest vehicle speed agree, whatever slid meanwhile."""
+    """Over a recording the greatest wheel speed and the greatest vehicle speed agree, whatever slid meanwhile.
+
+    Where one was away, or stood still, as the wagon was fastest, the two agree as a rule.
+    """
     speed = traffic.found[Quantity.SPEED, 0]
     speed_mps = speed.size
     wheels = [traffic.found[Quantity.AXLE_SPEED, place] for place in range(len(vehicle.wheel_radius_m))]
@@ -115,11 +121,25 @@ def _on_speeds(traffic: Traffic, vehicle: Vehicle) -> Iterator[str]:
                 "that is sent, and does the wheelset turn?"
             )
         slower, faster = sorted((speed_mps, rim_mps))
-        if slower > 0.0 and faster > MOVING_MPS and faster > UNLIKE * slower:
+        is_unlike = slower > 0.0 and faster > MOVING_MPS and faster > UNLIKE * slower
+        if is_unlike and not _agree_as_a_rule(traffic.first_hour, vehicle, place):
             yield (
                 f"axle_speed {place + 1} turns its wheel at up to {rim_mps:.3g} m/s, speed goes up to "
                 f"{speed_mps:.3g} m/s: look at unit and scale of the two, and at vehicle.wheel_radius_m"
             )
+
+
+def _agree_as_a_rule(first_hour: FirstHour, vehicle: Vehicle, place: int) -> bool:
+    """Whether a wheelset's speed and the vehicle's do, where all are told at the same time; not where none are."""
+    speeds = first_hour.speeds_told_together_mps(vehicle.wheel_radius_m)
+    if speeds is None:
+        return False
+    speed, wheel = speeds[0], speeds[1 + place]
+    moves = speed.values > MOVING_MPS
+    if np.count_nonzero(moves) < LEAST_VALUES:
+        return False
+    share = float(np.median(wheel.at(speed.times_s[moves]) / speed.values[moves]))
+    return 1.0 / UNLIKE < share < UNLIKE
 
 
 def _listed(can_ids: set[int]) -> str:
