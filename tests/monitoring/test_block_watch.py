@@ -42,9 +42,11 @@ def turning(time_s: float, i: int) -> float:
     """Circumferential over vehicle speed: the first wheelset locks for a while, the second slides a little before.
 
     That slide begins at the end of a block: what is remembered of it shows in the next one how the wheelset fell. The
-    second one's sensor misses teeth for a moment before, and once more just as a block ends.
+    second one's sensor misses teeth for a moment before, once more just as a block ends, and for two seconds later.
     """
     if i == 1 and (9.0 <= time_s < 9.3 or 2.0 * BLOCK_S - 0.015 <= time_s < 2.0 * BLOCK_S + 0.1):
+        return 0.6
+    if i == 1 and 20.5 <= time_s < 22.5:
         return 0.6
     locked = i == 0 and 14.0 <= time_s < 16.5
     return 0.0 if locked else 0.93 if i == 1 and 3.0 * BLOCK_S - 0.05 <= time_s < 13.0 else 1.0

@@ -449,6 +449,13 @@ def test_a_wheel_speed_that_misses_teeth_for_a_moment_tells_of_no_slide() -> Non
     assert set(states[101:400]) == {WheelState.CONTRADICTED}
 
 
+def test_a_wheel_speed_that_reads_low_from_one_reading_to_the_next_is_not_believed_until_it_is_back() -> None:
+    """By 13 per cent, which no brake can do, and for 45 s: a slide would look like that, but begins more slowly."""
+    states = states_of_a_wheelset_that_falls(lambda t: 0.87 if 10.0 <= t < 55.0 else 1.0)
+    assert set(states[:100]) == {WheelState.ROLLING}
+    assert set(states[102:]) == {WheelState.CONTRADICTED}
+
+
 @pytest.mark.parametrize(("follows_s", "is_believed"), [(0.0, True), (0.08, True), (0.9, True), (1.3, False)])
 def test_a_wheel_speed_that_falls_with_the_vehicles_was_told_again_by_a_gateway(
     follows_s: float, is_believed: bool

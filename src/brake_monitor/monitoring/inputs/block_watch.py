@@ -132,7 +132,10 @@ class _WheelBlock:
         is_odd[1:] |= stands[1:] != stands[:-1]
         before = np.array(wheel.falls.speeds).reshape(-1, 2)
         time_s = np.concatenate((before[:, 0], speeds.time_s))
-        is_odd |= may_be_bursts(time_s, np.concatenate((before[:, 1], rolling_mps)), wheel.hardest_mps2)[len(before) :]
+        runs_mps = np.concatenate((np.zeros(len(before)), np.where(stands, 0.0, vehicle_mps)))
+        goes_on_below = wheel.bursts.goes_on_below(speeds.time_s)
+        all_mps = np.concatenate((before[:, 1], rolling_mps))
+        is_odd |= may_be_bursts(time_s, all_mps, runs_mps, wheel.hardest_mps2, goes_on_below)[len(before) :]
         is_odd[: wheel.bursts.awaits(speeds.time_s)] = True
         self.odd = speeds.places[is_odd]  # it neither turns nor stands with the wagon, falls, or differs from before
         force_time_s = np.concatenate(([wheel.holding.noted_s], forces.time_s))

@@ -17,6 +17,7 @@ READINGS = 5  # in a row
 RISES = 0.25  # of the fall, at the most, until they end; after a spike up and one down they are back by half of it
 WITHDRAWN_S = 1.0  # later the wagon may have slowed down by itself
 LASTS_S = 30.0  # after a burst another one is to be expected
+STAYS_BELOW = 0.96  # of the vehicle's speed: what has not come back by then goes on, however long
 
 Reading = tuple[float, float]  # time in s, circumferential speed in m/s
 
@@ -27,13 +28,15 @@ class SpeedBursts:
     def __init__(self) -> None:
         self._low_mps = -inf  # a quarter of the last fall above its end, while readings stay below that; else -inf
         self._low = 0  # readings that have
-        self._burst_s = -inf  # when the last burst was seen ...
-        self._burst_low_mps = -inf  # ... and what its readings stayed below
+        self._seen_s = self._burst_s = -inf  # when the last burst was first seen, and last
+        self._burst_low_mps = -inf  # what its readings stayed below, ...
+        self._burst_share = 0.0  # ... and of the vehicle's speed
 
     def see(self, before: Sequence[Reading], now: Reading, vehicle_mps: float, hardest_mps2: float) -> None:
         """Take a reading, and those of the last tenths of a second before it: what falls back to them was a spike.
 
-        `vehicle_mps` is the vehicle's speed as read last. Brakes slow the wheelset by no more than `hardest_mps2`.
+        `vehicle_mps` is the vehicle's speed as read last, 0 while it stands. Brakes slow the wheelset by no more than
+        `hardest_mps2`.
         """
         (before_s, before_mps), (time_s, rolling_mps) = before[-1], now
         fallen_mps = before_mps - rolling_mps
@@ -47,10 +50,14 @@ class SpeedBursts:
         else:
             self.forget()
         if self._low == READINGS:
-            self._burst_s, self._burst_low_mps = time_s, self._low_mps
+            self._seen_s = self._burst_s = time_s
+            self._burst_low_mps = self._low_mps
+            self._burst_share = min(self._low_mps / vehicle_mps, STAYS_BELOW) if vehicle_mps > 0.0 else 0.0
             self.forget()
-        if 0.0 <= time_s - self._burst_s < WITHDRAWN_S and vehicle_mps < self._burst_low_mps:
-            self._burst_s = -inf
+        if 0.0 <= time_s - self._seen_s < WITHDRAWN_S and vehicle_mps < self._burst_low_mps:
+            self._seen_s = self._burst_s = -inf
+        elif self.is_on(time_s) and rolling_mps < self._burst_share * vehicle_mps:
+            self._burst_s = time_s
 
     def forget(self) -> None:
         """What comes next does not go on with what came last."""
@@ -58,18 +65,27 @@ class SpeedBursts:
 
     def awaits(self, time_s: Floats) -> int:
         """How many of the readings that come next, at these times, tell more of a fall."""
-        return _awaits(time_s, 0) if self._low else int(np.searchsorted(time_s, self._burst_s + WITHDRAWN_S))
+        return _awaits(time_s, 0) if self._low else int(np.searchsorted(time_s, self._seen_s + WITHDRAWN_S))
+
+    def goes_on_below(self, time_s: Floats) -> float:
+        """Below which share of the vehicle's speed the readings that come next go on with a burst; 0: with none."""
+        return self._burst_share if len(time_s) and self.is_on(float(time_s[0])) else 0.0
 
     def is_on(self, time_s: float) -> bool:
         """Whether its readings are not to be believed."""
-        return 0.0 <= time_s - self._burst_s < LASTS_S
+        return abs(time_s - self._burst_s) < LASTS_S  # a delay_s makes the estimate's time the earlier one
 
 
-def may_be_bursts(time_s: Floats, rolling_mps: Floats, hardest_mps2: float) -> Bools:
-    """Which of a wheelset's speeds, in order of time, fall so, or come while it shows what that was; shapes (K,)."""
+def may_be_bursts(
+    time_s: Floats, rolling_mps: Floats, vehicle_mps: Floats, hardest_mps2: float, goes_on_below: float
+) -> Bools:
+    """Which of a wheelset's speeds, in order of time, fall so, come while it shows what that was, or go on with it.
+
+    Shapes (K,). Below this share of the vehicle's speed a burst that was before them goes on.
+    """
     fallen_mps = -np.diff(rolling_mps, prepend=rolling_mps[:1])
     falls = fallen_mps > hardest_mps2 * np.maximum(np.diff(time_s, prepend=time_s[:1]), SHORTEST_S)
-    may_be = np.zeros(len(time_s), dtype=np.bool_)
+    may_be: Bools = rolling_mps < (STAYS_BELOW if falls.any() else goes_on_below) * vehicle_mps
     for fall in np.flatnonzero(falls).tolist():
         may_be[fall : _awaits(time_s, fall)] = True
     return may_be

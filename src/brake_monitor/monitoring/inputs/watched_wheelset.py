@@ -87,7 +87,8 @@ class WatchedWheelset:
         self.rolling_mps = rolling_mps = omega_radps * self.radius_m
         if self.falls.speeds and rolling_mps > STANDS * speed_mps:
             hardest_mps2 = self.hardest_mps2 * max(self.holding.largest_n / UNTOLD_N, 1.0)
-            self.bursts.see(self.falls.speeds, (time_s, rolling_mps), speed_mps, hardest_mps2)
+            runs_mps = speed_mps if speed_mps >= STANDSTILL_MPS else 0.0
+            self.bursts.see(self.falls.speeds, (time_s, rolling_mps), runs_mps, hardest_mps2)
         else:
             self.bursts.forget()
         self.falls.see(time_s, rolling_mps)
