@@ -7,7 +7,6 @@ from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from errno import EEXIST, ENOTDIR, EROFS
 from pathlib import Path
-from shutil import rmtree
 
 import pytest
 from msgspec.structs import replace
@@ -23,8 +22,8 @@ from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.storage import memory_handover
-from brake_monitor.storage.evidence import Evidence, EvidenceFolder
-from brake_monitor.storage.memory import Memory
+from brake_monitor.storage.evidence import SUFFIXES, Evidence, EvidenceFolder
+from brake_monitor.storage.memory import EVIDENCE_FOLDER, Memory
 from brake_monitor.storage.memory_directory import FILE_NAME, MemoryDirectory, state_directory
 from brake_monitor.storage.store import Store, StoreError
 from brake_monitor.storage.store_batch import Batch
@@ -291,7 +290,9 @@ def test_what_is_taken_away_while_the_daemon_runs_is_made_anew_with_all_that_it_
     with began(place, pipeline) as memory:
         live_until_kept(place, memory, pipeline, 1, alarm())
         if is_whole:
-            rmtree(place, ignore_errors=True)  # evidence may just be written
+            evidence = place / EVIDENCE_FOLDER
+            until(lambda: len(list(evidence.glob("[!.]*"))) == len(SUFFIXES))
+            place.rename(tmp_path / "elsewhere")  # at once: while a tree is removed other things go wrong first
         else:
             for path in place.glob(f"{FILE_NAME}*"):
                 path.unlink()
