@@ -372,6 +372,18 @@ class TestUnevenBraking:
         assert verdicts[1].misled_by is None  # friction is told apart by the force
         assert verdicts[1].evidence["pressing_force_apart"] == pytest.approx(-0.4)
 
+    @pytest.mark.parametrize(("others_n", "verdict"), [(7.9e3, UNKNOWN), (8.1e3, Finding)])
+    def test_of_a_light_braking_zeros_of_pressure_sensors_make_as_much(
+        self, others_n: float, verdict: Verdict | type[Finding]
+    ) -> None:
+        """By 0.05 bar apart 5 kN read as 4; pads that are weak are told all the same."""
+        light = wheelset_stop(pressing_force_n=others_n, torque_nm=0.34 * others_n * 0.247)
+        weaker = wheelset_stop(pressing_force_n=0.75 * others_n, torque_nm=0.75 * 0.34 * others_n * 0.247)
+        found = told(self.rule, stop(light, weaker, light, light))[1]
+        assert found is verdict or type(found) is verdict
+        pads = wheelset_stop(0.25, pressing_force_n=others_n, torque_nm=0.25 * others_n * 0.247)
+        assert severities(told(self.rule, stop(light, pads, light, light))) == [None, Severity.WARNING, None, None]
+
     def test_of_two_either_may_press_as_it_should_not(self) -> None:
         """One that was not released presses more than the other in the next application: that one is sound."""
         weak = wheelset_stop(pressing_force_n=0.4 * FULL_N, torque_nm=0.4 * 0.34 * FULL_N * 0.247)

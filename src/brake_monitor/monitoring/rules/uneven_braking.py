@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from math import hypot
 from statistics import median
 
+from brake_monitor.estimation.core.regime_watch import PRESSES_N
 from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
@@ -60,8 +61,8 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
             return FINE
         force_apart = _apart(i, _by_size([wheelset.pressing_force_n for wheelset in record.wheelsets], self._forces))
         by_force = abs(force_apart) > 0.5 * abs(apart) and force_apart * apart > 0.0
-        if not by_force and abs(apart) <= doubt:
-            return UNKNOWN
+        if _of_others(i, record) < PRESSES_N if by_force else abs(apart) <= doubt:
+            return UNKNOWN  # of a light braking sensors whose zeros differ make as much
         alike = "with the same pressing force: pads or brake gear"
         if apart < 0.0:  # creep is told against the rolling before, in which such a brake retards as well
             alike += ", or it drags when released"
@@ -105,6 +106,11 @@ def _doubt(i: int, record: ApplicationRecord) -> float:
         return 0.0
     std = hypot(record.wheelsets[i].own_friction_std, median(own.own_friction_std for own in others))
     return INTERVAL_SIGMAS * std / median(own.friction or 0.0 for own in others)
+
+
+def _of_others(i: int, record: ApplicationRecord) -> float:
+    """The median of the others' pressing forces, N."""
+    return median([own.pressing_force_n or 0.0 for k, own in enumerate(record.wheelsets) if k != i])
 
 
 def _by_size(values: Sequence[float | None], sizes: Sequence[float]) -> list[float]:
