@@ -66,7 +66,7 @@ def test_a_second_standstill_adds_to_the_first_until_the_alarm_is_cleared(wheels
     track.go(ROLLING, 600.0)
     track.go(STOPPED, 30.0)
     assert (dragged_km(track.alarm), track.alarm.evidence["started_time_s"]) == (6.6, 0.1)
-    assert "runs at 72 km/h, and has been dragged 6596 m from 72 km/h on" in track.alarm.message
+    assert "runs at 72 km/h, and has been dragged 6596 m in all, the first time from 72 km/h on" in track.alarm.message
     track.go(ROLLING, 10.0)
     track.go(STOPPED, 0.9)  # too short for an alarm of its own, and yet of this one
     assert dragged_km(track.alarm) == 6.61
@@ -110,5 +110,5 @@ def test_the_way_adds_up_over_a_restart() -> None:
     after.go(STOPPED, 2.0)
     assert after.alarm.id == before.alarm.id
     assert dragged_km(after.alarm) == 0.64
-    assert "dragged 636 m from 72 km/h on" in after.alarm.message
+    assert "dragged 636 m in all, the first time from 72 km/h on" in after.alarm.message
     assert after.alarm.evidence["started_time_s"] == before.alarm.evidence["started_time_s"]

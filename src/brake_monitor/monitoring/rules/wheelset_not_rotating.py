@@ -80,10 +80,13 @@ class WheelsetNotRotating:
 
     def _finding(self, i: int, dragging: _Dragging, now: Estimate) -> Finding:
         from_kmh, now_kmh = dragging.speed_start_mps * 3.6, now.speed_mps * 3.6
+        way = f"{dragging.dragged_m:.0f} m from {from_kmh:.0f} km/h on"
+        if dragging.earlier_m > 0.0:  # it has turned meanwhile, or the program was started anew
+            way = f"{dragging.dragged_m:.0f} m in all, the first time from {from_kmh:.0f} km/h on"
         return Finding(
             Severity.ALARM,
-            f"Wheelset {i + 1} does not rotate while the wagon runs at {now_kmh:.0f} km/h, and has been dragged "
-            f"{dragging.dragged_m:.0f} m from {from_kmh:.0f} km/h on: stop the train and look at it.",
+            f"Wheelset {i + 1} does not rotate while the wagon runs at {now_kmh:.0f} km/h, and has been dragged {way}: "
+            "stop the train and look at it.",
             {
                 "speed_mps": now.speed_mps,
                 "speed_start_mps": dragging.speed_start_mps,
