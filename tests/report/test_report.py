@@ -25,7 +25,7 @@ from brake_monitor.report import tables
 from brake_monitor.report.curves import Curves, to_draw
 from brake_monitor.report.page import STEPS, page
 from brake_monitor.report.recording import Recording
-from brake_monitor.report.summary import summary
+from brake_monitor.report.summary import TELL_OF_SLIDES, summary
 from brake_monitor.report.track_map import EARTH_RADIUS_M, TrackMap, drawing
 from brake_monitor.report.words import described, duration, elapsed, number
 from brake_monitor.samples import Quantity
@@ -87,6 +87,13 @@ def test_what_the_rail_gave_is_told_in_words(written: Path) -> None:
     given = sorted(float(row["adhesion"]) for row in rows)
     said = next(text for text in summary(played(GOLDEN)) if text.startswith("Where the wheels asked"))
     assert f"it gave {np.median(given):.3f} (median; very low), at least {given[0]:.3f}" in said
+
+
+def test_what_no_alarm_calls_a_slide_tells_nothing_of_the_rail() -> None:
+    """A vehicle speed that jumps as it is believed again makes slip, too."""
+    recording = played(GOLDEN)
+    recording._alarms = {name: one for name, one in recording._alarms.items() if one.kind not in TELL_OF_SLIDES}
+    assert not [text for text in summary(recording) if "it gave" in text or "Wheelsets slid" in text]
 
 
 def test_the_same_recording_gives_the_same_bytes(written: Path, tmp_path: Path) -> None:

@@ -62,7 +62,7 @@ def _rail(recording: Recording, columns: dict[str, Any]) -> str:
         told = (columns["adhesion_available"] > 0.0) & (columns["speed_mps"] > rule.min_speed_mps)
     asked = columns["adhesion_available"][told]
     period_s = float(np.median(np.diff(columns["time_s"]))) if len(told) > 1 else 0.0
-    if len(asked) == 0 or len(asked) * period_s < rule.debounce_s:  # what is shorter is a bump
+    if not _slid(recording) or len(asked) == 0 or len(asked) * period_s < rule.debounce_s:  # what is shorter is a bump
         return _unasked(recording)
     least, middle = float(asked.min()), float(np.median(asked))
     level = level_of(middle, rule.levels).replace("_", " ")
@@ -74,13 +74,18 @@ def _rail(recording: Recording, columns: dict[str, Any]) -> str:
 
 def _unasked(recording: Recording) -> str:
     """Of a recording whose estimates tell of no slide, which says nothing of the time without any."""
-    if any(alarm.kind in TELL_OF_SLIDES for alarm in recording.alarms):
+    if _slid(recording):
         return "Wheelsets slid, as the alarms say; what the rail gave is not known."
     if _valid_share(recording) < NEARLY_ALL:
         return (
             "While estimates were valid the wheels asked for no more than the rail gave; of the rest nothing is known."
         )
     return "The wheels never asked for more than the rail gave; how much it would have given is not known."
+
+
+def _slid(recording: Recording) -> bool:
+    """Whether any alarm says so: a vehicle speed that jumps makes slip for a moment, too."""
+    return any(alarm.kind in TELL_OF_SLIDES for alarm in recording.alarms)
 
 
 def _valid_share(recording: Recording) -> float:
