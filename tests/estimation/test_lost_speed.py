@@ -7,7 +7,7 @@ from brake_monitor.estimation.estimate import Status
 from brake_monitor.simulator.journey import Act, Leg, LegJourney
 from brake_monitor.simulator.scenarios import Profile, Scenario
 from drives import Judged, drive, play
-from faults import Fault, lost, signal_changed
+from faults import Fault, changed, lost, signal_changed
 
 PULLED = Scenario(
     name="pulled through a tunnel",
@@ -43,6 +43,13 @@ def test_speed_and_way_are_right_though_nothing_else_is_known() -> None:
     assert way_m == pytest.approx(np.trapezoid(tunnel.truth.speed_mps, tunnel.time_s), rel=2e-3)
     seen.assert_sound()
     seen.assert_honest()
+
+
+def test_wheelsets_that_stand_for_long_do_not_stop_a_wagon_whose_speed_nobody_tells() -> None:
+    """Both of them, as brakes hold them on ice; in what is unknown after half a minute no standstill is found."""
+    stand = changed("WSP", ("n_A", "n_B"), lambda *_: 0.0, 12.0, 70.0)
+    seen = in_the_tunnel(stand).during(40.0, TO_S)
+    assert min(estimate.speed_mps for estimate in seen.told) > 5.0
 
 
 def test_a_wheelset_that_seizes_in_the_tunnel_does_not_take_the_speed_with_it() -> None:
