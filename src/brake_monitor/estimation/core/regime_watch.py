@@ -25,6 +25,8 @@ TOGETHER_S = 0.3  # after the first of a wagon's brakes the others have come on,
 SHOWN_S = 4.0  # ... and by then it shows, if it ever does, whether a brake works whose sensor says released
 FOLLOWS_S = 8.0  # for so long, brakes that follow the line do so alike
 PULL_CUT_S = 1.0  # so quickly traction may be cut ...
+STEEP, STEEPER = 0.01, 0.05  # a line that is told to climb by more than so much has curves: by so much more than that
+CURVES_DENSITY = 5e-5  # (m/s²)²/m, ... of 150 m, whose 7 per mille (Roeckl) come and go within 100 m
 PULL_ENDS_S = 3.0  # ... within so long after the brake has come on
 
 
@@ -259,11 +261,12 @@ class RegimeWatch(MotorWatch):
             and not (self.is_deceleration_unknown() or self.friction_comes_back())
         ):
             density += q.deceleration_doubted
-        now.following_density = 0.0
+        now.following_density, per_metre = 0.0, now.line.more
         if q.friction_doubted > 0.0:
-            follows_mps3 = now.force_trend.hidden_rate_mps3
+            follows_mps3, steeper = now.force_trend.hidden_rate_mps3, max(abs(now.gradient) - STEEP, 0.0) / STEEPER
             now.following_density = FOLLOWS_S * follows_mps3 * follows_mps3
-        now.deceleration_density = density + now.following_density + now.line.more * self.speed_mps()
+            per_metre += CURVES_DENSITY * steeper * steeper
+        now.deceleration_density = density + now.following_density + per_metre * self.speed_mps()
 
     def any_locked(self) -> bool:
         """Whether a wheelset is locked."""
