@@ -544,3 +544,17 @@ def test_a_silent_brake_of_many_is_in_doubt_while_the_wagon_may_retard_by_it(
     found = judged(said, real, wagon, creeps=False, until_s=49.0, watch=watch)
     assert watch.may_press_unseen is works
     assert {states[0] for states in found} == {UNKNOWN}
+
+
+def test_brakes_that_did_nothing_before_are_no_measure_of_what_they_do() -> None:
+    """All of them read as pressing, and the wagon rolled on: of two that is their sensors, or their gear."""
+
+    def said(time_s: float) -> Sequence[float]:
+        presses = 10.0 <= time_s < 20.0 or 40.0 <= time_s < 50.0
+        return (FULL_N * presses * (time_s < 30.0), FULL_N * presses)
+
+    def real(time_s: float) -> Sequence[float]:
+        return (0.0, 0.0) if time_s < 30.0 else (braked(time_s - 30.0),) * 2
+
+    found = judged(said, real, vehicle(), gradient_mps2=0.0, creeps=False, until_s=49.0)
+    assert found[-1][0] is CONTRADICTED

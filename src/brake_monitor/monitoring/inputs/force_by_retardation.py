@@ -17,6 +17,7 @@ LINE_STD_MPS2 = 0.02  # by so much the gradient may have changed since the wagon
 FRICTION_STD = 0.1  # of itself: from one brake application to the next the pads of all brakes differ by so much ...
 GREATEST_REST = 2.0  # ... which counts where the others brake so many times as much as the one in doubt would
 LEARNED_FROM = 500  # observations
+LEAST_USUAL, MOST_USUAL = 0.5, 2.0  # of what nominal brakes make: beyond it is not their friction that differs
 
 
 class ForceByRetardation:
@@ -41,9 +42,10 @@ class ForceByRetardation:
         """
         in_doubt = [i] if pressing[i] else [k for k, presses in enumerate(pressing) if not presses]
         forces_n = [0.0 if k in in_doubt else own_n for k, own_n in enumerate(now.forces_n)]
-        rest_mps2 = self._usual.value * self._nominal_mps2(forces_n, now)
+        usual = min(max(self._usual.value, LEAST_USUAL), MOST_USUAL)
+        rest_mps2 = usual * self._nominal_mps2(forces_n, now)
         unseen_n = [as_if_n if k in in_doubt else 0.0 for k in range(len(forces_n))]
-        expected_mps2 = self._usual.value * self._nominal_mps2(unseen_n, now)
+        expected_mps2 = usual * self._nominal_mps2(unseen_n, now)
         by_brakes_mps2 = self._retardation.by_brakes_mps2
         if by_brakes_mps2 is None or self._retardation.is_pulled:
             return None
