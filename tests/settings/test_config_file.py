@@ -227,6 +227,8 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         (N_B + 'unit = "rpm"', N_B + 'unit = "knots"', N_B_AT + "unit: expected one"),
         ('[signals]', '[signals]\nsanding = { message = "WSP", signal = "s", unit = "%" }',
          '16: signals.sanding.unit: expected none, as a flag has none, got "%"'),
+        ('[signals]', '[signals]\nload_force = [{ message = "WSP", signal = "s", unit = "bar" }]',
+         '16: signals.load_force[1].unit: expected one of "N", "kN" (scale and offset make a force of a pressure)'),
         (N_B, N_B + 'scael = 3, ', N_B_AT + 'scael: unknown key, did you mean "s'),
         (N_B, N_B + 'scale = 0, ', N_B_AT + "scale: expected a number other"),
         (N_B, N_B + 'min = 2, max = 1, ', N_B_AT + "min: 2 is greater than max"),

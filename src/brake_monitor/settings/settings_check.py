@@ -13,6 +13,7 @@ from brake_monitor.settings.units import UNITS
 
 _BUS_NAME = re.compile(r"[!-~]+")
 
+_BY_PRESSURE = ("pressing_force", "load_force")
 _SPEEDS = ("speed", "axle_speed")  # a force or torque held at 0 is that of a wheelset without brake or motor
 
 # Settings of which none may be greater than the next, by alarm rule; and those of [wear].
@@ -77,6 +78,7 @@ def check_mappings(text: ConfigText, settings: Settings, buses: set[str]) -> Non
         units = list(UNITS[quantity])
         if mapping.unit and mapping.unit not in units:
             wanted = one_of(units) if any(units) else "none, as a flag has none"
+            wanted += " (scale and offset make a force of a pressure)" if quantity in _BY_PRESSURE else ""
             text.refuse((*key, "unit"), f"expected {wanted}, got {shown(mapping.unit)}")
         if mapping.scale == 0.0:
             text.refuse((*key, "scale"), "expected a number other than 0, got 0")
