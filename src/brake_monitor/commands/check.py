@@ -137,12 +137,11 @@ def _doubts(settings: Settings) -> Iterator[str]:
 def _on_inertia(vehicle: Vehicle) -> Iterator[str]:
     """A power of ten is easily lost in it, and slides would be told wrong."""
     share_kg = vehicle.mass_kg / vehicle.wheelset_count
-    for inertia, radius_m in sorted(set(zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True))):
-        if not LEAST_TURNING_MASS < inertia / radius_m**2 / share_kg < GREATEST_TURNING_MASS:
+    for inertia, turning_kg in sorted(set(zip(vehicle.wheelset_inertia_kgm2, vehicle.turning_kg, strict=True))):
+        if not LEAST_TURNING_MASS < turning_kg / share_kg < GREATEST_TURNING_MASS:
             yield (
-                f"vehicle.wheelset_inertia_kgm2: {inertia:g} kg m2 at this wheel radius stand for "
-                f"{inertia / radius_m**2:.0f} kg of the {share_kg:.0f} kg on each wheelset; wheelsets stand for 1 to "
-                "10 %, with motors for up to 30 %"
+                f"vehicle.wheelset_inertia_kgm2: {inertia:g} kg m2 at this wheel radius stand for {turning_kg:.0f} kg "
+                f"of the {share_kg:.0f} kg on each wheelset; wheelsets stand for 1 to 10 %, with motors for up to 30 %"
             )
 
 

@@ -2,8 +2,9 @@
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import cache
 from itertools import accumulate
-from typing import TYPE_CHECKING, TypeVar, get_type_hints
+from typing import TYPE_CHECKING, Any, TypeVar, get_type_hints
 
 from brake_monitor.errors import WorkError
 from brake_monitor.estimation.estimate import Status
@@ -98,10 +99,16 @@ def _families(health: HealthMessage) -> "Iterator[Metric]":
 
 def _told(kind: type[T]) -> Iterator[tuple[str, T]]:
     """Name of each number of a `HealthMessage` that is of this kind, and what it tells."""
-    for name, hint in get_type_hints(HealthMessage, include_extras=True).items():
+    for name, hint in _hints().items():
         for told in getattr(hint, "__metadata__", ()):
             if isinstance(told, kind):
                 yield name, told
+
+
+@cache
+def _hints() -> dict[str, Any]:
+    """They are the same at each scrape."""
+    return get_type_hints(HealthMessage, include_extras=True)
 
 
 def _named(name: str) -> str:

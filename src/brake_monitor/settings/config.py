@@ -55,6 +55,12 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
         """N, the number of wheelsets (1 roller rig, 2 two-axle wagon, 4 bogie wagon)."""
         return len(self.axle_positions_m)
 
+    @property
+    def turning_kg(self) -> tuple[float, ...]:
+        """What the inertia of each wheelset adds to the mass as the wagon gains or loses speed, J/r^2, kg."""
+        radii_m = zip(self.wheelset_inertia_kgm2, self.wheel_radius_m, strict=True)
+        return tuple([inertia_kgm2 / radius_m**2 for inertia_kgm2, radius_m in radii_m])
+
     def resistance_n(self, speed_mps: float) -> float:
         """F_TR + k_d v², which brakes; the gradient is not in it."""
         return self.track_resistance_n + self.drag_n_per_mps2 * speed_mps**2

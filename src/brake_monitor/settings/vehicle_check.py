@@ -78,10 +78,7 @@ def _check_weight(text: ConfigText, vehicle: Vehicle) -> None:
 
 def _check_turning_mass(text: ConfigText, vehicle: Vehicle) -> None:
     """J/r^2 of all wheelsets is some hundredths of the mass, with geared motors or flywheels some tenths."""
-    turning_kg = [
-        inertia / radius**2
-        for inertia, radius in zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True)
-    ]
+    turning_kg = vehicle.turning_kg
     if vehicle.mass_kg < _LEAST_MASS * sum(turning_kg):
         text.refuse(
             ("vehicle", "mass_kg"),

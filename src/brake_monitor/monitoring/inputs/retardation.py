@@ -29,10 +29,7 @@ class Retardation:
     def __init__(self, vehicle: Vehicle) -> None:
         self._vehicle = vehicle
         self._lately: deque[tuple[float, float, float]] = deque()  # of the last SPAN_S time, speed, and by motors
-        self._rotating_kg = sum(
-            inertia_kgm2 / radius_m**2
-            for inertia_kgm2, radius_m in zip(vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, strict=True)
-        )
+        self._rotating_kg = sum(vehicle.turning_kg)
         self._held = LastTime(inf)  # it did not roll freely
         self._free_s = 0.0  # so long was the free rolling ...
         self._free_mps2 = 0.0  # ... its mean ...
