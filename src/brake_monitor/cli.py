@@ -93,13 +93,21 @@ class OneSentenceParser(ArgumentParser):
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Let the command itself refuse what it does not know; its options are not those of the program."""
+        if self._subparsers is None:  # first, as the value of an unknown option would be blamed for another argument
+            self._refuse_unknown_options(args)
         options, unknown = super().parse_known_args(args, namespace)
         if unknown:
-            names = [name for action in self._actions if action.help != SUPPRESS for name in action.option_strings]
-            close = nearest(unknown[0].partition("=")[0], names)
-            hint = f", {close}" if unknown[0].startswith("-") and close.startswith("did") else ""
-            self.error(f"unrecognized arguments: {' '.join(unknown)}{hint}")
+            self.error(f"unrecognized arguments: {' '.join(unknown)}")
         return options, unknown
+
+    def _refuse_unknown_options(self, args: Sequence[str]) -> None:
+        names = [name for action in self._actions for name in action.option_strings]
+        shown = [name for action in self._actions if action.help != SUPPRESS for name in action.option_strings]
+        for given in args[: args.index("--")] if "--" in args else args:
+            name = given.partition("=")[0]
+            if name.startswith("--") and not any(known.startswith(name) for known in names):
+                close = nearest(name, shown)
+                self.error(f"unknown option {name}{f', {close}' if close.startswith('did') else ''}")
 
     def _print_message(self, message: str, file: Any = None) -> None:
         """Write help and version, or fail where they cannot be written, which argparse would keep to itself."""

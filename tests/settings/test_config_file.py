@@ -219,6 +219,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ('dbc = ["sub/wagon.dbc"]', "dbc = [3]", "13: can.dbc[1]: expected a string, got 3"),
         ("sub/wagon.dbc", "", "13: can.dbc[1]: expected a name, got an empty string"),
         ("[signals]", '[store]\ndirectory = ""\n[signals]', "16: store.directory: expected a name, got an empty str"),
+        ("[signals]", '[store]\ndirectory = "config.toml"\n[signals]', "16: store.directory: expected a directory, "),
         ("sub/wagon.dbc", r"sub\u0000.dbc", "13: can.dbc[1]: expected text without the character NUL"),
         ('channel = "one"', "", "10: can.channel: this key is missing"),
         ('channel = "one"', 'chanel = "one"', '12: can.chanel: unknown key, did you mean "channel"?'),

@@ -43,6 +43,7 @@ def add_options(parser: ArgumentParser) -> None:
     )
     parser.add_argument(
         "--name",
+        type=machine_name,
         action="append",
         default=[],
         help="a name that browsers may call this machine by, besides its addresses, its own name and localhost",
@@ -56,6 +57,13 @@ def address(text: str) -> tuple[str, int]:
     if not host or not (port.isascii() and port.isdigit() and int(port) < 2**16):
         raise ArgumentTypeError(f"expected HOST:PORT such as 127.0.0.1:{PORT}, got {text!r}")
     return host.removeprefix("[").removesuffix("]"), int(port)
+
+
+def machine_name(text: str) -> str:
+    """A name that a browser may ask for, in small letters."""
+    if not text:
+        raise ArgumentTypeError("expected a name, got ''")
+    return text.lower()
 
 
 def run(options: Namespace) -> int:
@@ -77,7 +85,7 @@ async def _serve(fleet: Fleet, hearing: Hearing, options: Namespace) -> None:
     stopping = asyncio.Event()
     for number in (signal.SIGINT, signal.SIGTERM):
         asyncio.get_running_loop().add_signal_handler(number, stopping.set)
-    known = frozenset({"localhost", socket.gethostname().lower(), *(name.lower() for name in options.name)})
+    known = frozenset({"localhost", socket.gethostname().lower(), *options.name})
     async with Server(fleet, known).serving(host, port) as real_port:
         shown = f"[{host}]" if ":" in host else host
         print(f"dashboard at http://{shown}:{real_port}/", flush=True)

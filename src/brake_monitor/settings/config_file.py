@@ -1,5 +1,6 @@
 """Configuration file → Settings, or one sentence that names file, line and key."""
 
+import os
 from pathlib import Path
 from typing import Any
 
@@ -39,7 +40,7 @@ def load_settings(path: Path) -> Settings:
         can=buses,
         signals=_complete_signals(settings, buses),
         zenoh=_complete_zenoh(settings.zenoh, folder),
-        store=_complete_store(settings.store, folder),
+        store=_complete_store(text, settings.store, folder),
     )
 
 
@@ -88,5 +89,8 @@ def _complete_signals(settings: Settings, buses: tuple[CanBus, ...]) -> Any:
     return msgspec.structs.replace(settings.signals, **entries)
 
 
-def _complete_store(store: StoreSettings, folder: Path) -> StoreSettings:
-    return msgspec.structs.replace(store, directory=store.directory and folder / store.directory)
+def _complete_store(text: ConfigText, store: StoreSettings, folder: Path) -> StoreSettings:
+    directory = store.directory and folder / store.directory
+    if directory and os.path.isfile(directory):  # noqa: PTH113 - False where nobody may look, which is no fault of the file
+        text.refuse(("store", "directory"), f"expected a directory, {directory} is a file")
+    return msgspec.structs.replace(store, directory=directory)
