@@ -4,8 +4,8 @@ import sqlite3
 from contextlib import closing
 from pathlib import Path
 
-import msgspec
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.cli import main
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
@@ -54,16 +54,21 @@ def test_a_measured_thickness_counts_at_once_and_teaches_the_wear_rate(
     state: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     settings = load_settings(Path(CONFIG)).wear
-    assert wear(state, "set", "--wheelset", "2", "--thickness-mm", "30") == 0
+    with Store.look(state / FILE_NAME, VEHICLE, "rw") as store:  # measured a year ago
+        written = store.brakes()
+        assert written is not None
+        noted = [replace(unit, pads=replace(unit.pads, gauged_time_s=1.0)) for unit in written.units]
+        store.write(Batch(replace(written, units=tuple(noted))))
+    assert wear(state, "set", "--wheelset", "2", "--thickness-mm", "34.2") == 0
     lines = shown(state, capsys)
-    assert any(line.split()[:2] == ["2", "30.0"] for line in lines)
-    assert lines[-1] == "entered, not yet taken up by the daemon: wheelset 2, pads measured, 30 mm"
+    assert any(line.split()[:2] == ["2", "34.2"] for line in lines)
+    assert lines[-1] == "entered, not yet taken up by the daemon: wheelset 2, pads measured, 34.2 mm"
     with Store.look(state / FILE_NAME, VEHICLE) as store:
         written, ((_, gauge),) = store.brakes(), store.gauges()
     assert written is not None
-    assert written.units == brakes(200 * MEGAJOULE).units  # the daemon alone writes wear
+    assert written.units == tuple(noted)  # the daemon alone writes wear
     before, after = (b.units[1].pads.specific_wear_cm3_per_mj for b in (written, after_gauge(written, gauge, settings)))
-    assert after.value > before.value  # 5 mm are more than was expected
+    assert after.value > before.value  # 0.8 mm are more than was expected
     assert after.std < before.std
 
 
@@ -111,15 +116,34 @@ def test_a_thickness_of_other_pads_is_taken_once_new_ones_were_noted(
 def test_a_thickness_that_no_braking_explains_is_mistyped_or_that_of_other_pads(
     state: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    """3.49 instead of 34.9: the daemon would raise an alarm that latches, and learn a wear rate."""
+    """3.49 instead of 34.9, or another wheelset's: alarms that latch would be raised, and a wear rate be learned."""
     assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "30") == 0  # nobody had measured them
     assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "29.8") == 0  # the gauge errs
     assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "3.49") == 2
     refusal = capsys.readouterr().err
-    assert "these pads had 29.8 mm, and what they have braked since takes no more than 0.0 mm away" in refusal
-    assert "say `wear reset --wheelset 1` first" in refusal
+    assert "--thickness-mm 3.49: expected 29.8 (29.4 to 30.2) mm; gauge again" in refusal
+    assert "if the last entry (29.8 mm) is wrong, take it back with `wear undo --wheelset 1`" in refusal
     assert wear(state, "reset", "--wheelset", "1") == 0
-    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "3.49") == 0
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "3.49") == 2
+    assert "expected 35.0 (34.0 to 36.0) mm" in capsys.readouterr().err
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "3.49", "--sure") == 0
+
+
+def test_a_wrong_entry_is_taken_back(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
+    """A reading that was too low: each right one would be refused, as pads do not grow."""
+    first = shown(state, capsys)
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "16.6") == 0
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "30.4") == 2
+    assert "if the last entry (16.6 mm) is wrong, take it back with `wear undo" in capsys.readouterr().err
+    assert wear(state, "undo", "--wheelset", "1") == 0
+    assert "wheelset 1: last entry taken back; noted" in capsys.readouterr().out
+    assert shown(state, capsys)[: len(first)] == first
+    assert wear(state, "undo", "--wheelset", "1") == 2
+    assert "wagon-8127: wheelset 1 has no entry that could be taken back" in capsys.readouterr().err
+    assert wear(state, "set", "--wheelset", "1", "--thickness-mm", "30.4") == 0
+    assert wear(state, "undo", "--all") == 2  # nobody has noted anything of wheelset 2
+    assert "wheelset 2 has no entry" in capsys.readouterr().err
+    assert any(line.split()[:2] == ["1", "30.4"] for line in shown(state, capsys))
 
 
 REFUSED = {
@@ -220,7 +244,7 @@ def test_the_memory_of_other_wheelsets_is_left_alone(
 ) -> None:
     with Store.open(tmp_path / FILE_NAME, VEHICLE, WHEELSETS + 1) as store:
         own = brakes(5)
-        store.write(Batch(msgspec.structs.replace(own, units=(*own.units, own.units[0]))))
+        store.write(Batch(replace(own, units=(*own.units, own.units[0]))))
     assert wear(tmp_path, *arguments) == 2
     told = capsys.readouterr().err
     assert told == f"brake-monitor: {CONFIG}: the vehicle has 2 wheelsets, the daemon's memory holds 3\n"

@@ -6,15 +6,16 @@ from collections.abc import Callable
 from datetime import UTC, datetime
 from math import hypot
 
+from msgspec.structs import replace
+
 from brake_monitor.commands import options as shared
 from brake_monitor.errors import InputError
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
-from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
-from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, energy_loss_mm, pad_life
+from brake_monitor.monitoring.brake_units.gauge import LARGEST_THICKNESS_MM, Gauge, after_gauge
+from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, pad_life, thickness_std_mm
 from brake_monitor.plural import plural
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
 from brake_monitor.storage.store import Store
 
@@ -27,9 +28,11 @@ examples:
   brake-monitor wear show  -c wagon.toml
   brake-monitor wear set   -c wagon.toml --wheelset 2 --thickness-mm 31.4   measured; learns the wear rate too
   brake-monitor wear reset -c wagon.toml --wheelset 2                       new pads
+  brake-monitor wear undo  -c wagon.toml --wheelset 2                       the last of these entries was wrong
   brake-monitor wear show  -c /etc/brake-monitor/config.toml --state /var/lib/brake-monitor"""
 
-LARGEST_THICKNESS_MM = 100.0
+CONTRADICTS_SIGMAS = 4.0  # from what is expected: mistyped, or of another wheelset
+OTHER_PADS_SIGMAS = 3.0  # above the last reading: no pad grows
 MILLIMETRES = shared.number("a positive number of millimetres", shared.SMALLEST)
 
 
@@ -45,10 +48,9 @@ def add_options(parser: ArgumentParser) -> None:
     measured.add_argument(
         "--std-mm", type=MILLIMETRES, metavar="MM", help="one sigma of the reading (default: [wear] gauge_std_mm)"
     )
-    renewed = _add_action(actions, "reset", "new pads were fitted", _reset)
-    which = renewed.add_mutually_exclusive_group(required=True)
-    which.add_argument("--wheelset", type=shared.count, metavar="I", help="counted from 1")
-    which.add_argument("--all", action="store_true", help="every wheelset")
+    measured.add_argument("--sure", action="store_true", help="it is right although something else was expected")
+    _add_which(_add_action(actions, "reset", "new pads were fitted", _reset))
+    _add_which(_add_action(actions, "undo", "the last entry was wrong: as if it had not been made", _undo))
 
 
 def run(options: Namespace) -> int:
@@ -69,6 +71,12 @@ def _add_action(
     return parser
 
 
+def _add_which(parser: ArgumentParser) -> None:
+    which = parser.add_mutually_exclusive_group(required=True)
+    which.add_argument("--wheelset", type=shared.count, metavar="I", help="counted from 1")
+    which.add_argument("--all", action="store_true", help="every wheelset")
+
+
 def _show(options: Namespace) -> int:
     settings = load_settings(options.config)
     with _open(options, settings, "ro") as store:
@@ -84,14 +92,25 @@ def _set(options: Namespace) -> int:
         raise InputError(f"--thickness-mm: no pad is thicker than {LARGEST_THICKNESS_MM:g} mm")
     if options.std_mm is not None and options.std_mm > LARGEST_THICKNESS_MM:
         raise InputError(f"--std-mm: no reading is that uncertain, expected at most {LARGEST_THICKNESS_MM:g} mm")
-    return _enter(options, options.thickness_mm, options.std_mm)
+
+    def check(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
+        _check_possible(gauge, pads, settings)
+        if not options.sure:
+            _check_expected(gauge, pads, settings)
+
+    return _enter(options, Gauge(time.time(), 0, options.thickness_mm, options.std_mm), check)
 
 
 def _reset(options: Namespace) -> int:
-    return _enter(options, None, None)
+    return _enter(options, Gauge(time.time(), 0, None), lambda *_: None)
 
 
-def _enter(options: Namespace, thickness_mm: float | None, std_mm: float | None) -> int:
+def _undo(options: Namespace) -> int:
+    return _enter(options, Gauge(time.time(), 0, None, takes_back=True), _check_entered)
+
+
+def _enter(options: Namespace, entry: Gauge, check: Callable[[Gauge, PadWear, Settings], None]) -> int:
+    """Note the entry of the wheelset that was asked for, or of all, unless `check` refuses any."""
     settings = load_settings(options.config)
     every = range(1, settings.vehicle.wheelset_count + 1)
     wheelsets = [options.wheelset] if options.wheelset else every
@@ -99,55 +118,62 @@ def _enter(options: Namespace, thickness_mm: float | None, std_mm: float | None)
         raise InputError(f"--wheelset {wheelsets[0]}: {settings.vehicle.id} has {plural(len(every), 'wheelset')}")
     with _open(options, settings, "rw") as store:
         brakes = _brakes(store, settings)
-        for wheelset in wheelsets:
-            gauge = Gauge(time.time(), wheelset, thickness_mm, std_mm)
-            _check(gauge, brakes.units[wheelset - 1].pads, settings)
+        gauges = [replace(entry, wheelset=wheelset) for wheelset in wheelsets]
+        for gauge in gauges:
+            check(gauge, brakes.units[gauge.wheelset - 1].pads, settings)
+        for gauge in gauges:
             store.enter(gauge)
-            print(f"wheelset {wheelset}: {gauge.told()}; noted")
+            print(f"wheelset {gauge.wheelset}: {gauge.told()}; noted")
     return 0
 
 
-def _check(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
-    """Refuse a thickness that can only be that of other pads, or mistyped: the wear rate would be learned from it."""
-    if gauge.thickness_mm is None:
-        return
+def _check_possible(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
+    """Refuse a thickness that can only be that of other pads: pads do not grow."""
+    assert gauge.thickness_mm is not None
     gauge_std_mm, new = gauge.std_mm or settings.wear.gauge_std_mm, PadWear.new(settings.wear)
-    if gauge.thickness_mm < _least_mm(pads, gauge_std_mm, settings.wear):
-        raise InputError(
-            f"--thickness-mm {gauge.thickness_mm:g}: these pads had {pads.gauge_thickness_mm:g} mm, and what they have "
-            f"braked since takes no more than {_most_worn_mm(pads, settings.wear):.1f} mm away; if it is right all the "
-            f"same, say `wear reset --wheelset {gauge.wheelset}` first: no wear rate is learned from it then"
-        )
-    if gauge.thickness_mm <= _greatest_mm(pads, gauge_std_mm):
-        return
-    reason = (
-        f"these pads had {pads.gauge_thickness_mm:g} mm; if new ones were fitted, say so with "
-        f"`wear reset --wheelset {gauge.wheelset}` first"
-    )
     if gauge.thickness_mm > _greatest_mm(new, gauge_std_mm):
-        reason = (
-            f"new pads have {new.gauge_thickness_mm:g} mm as it is configured; if yours have more, say so in "
-            "[wear] new_pad_thickness_mm first"
+        raise InputError(
+            f"--thickness-mm {gauge.thickness_mm:g}: new pads have {new.gauge_thickness_mm:g} mm as it is configured; "
+            "if yours have more, say so in [wear] new_pad_thickness_mm first"
         )
-    raise InputError(f"--thickness-mm {gauge.thickness_mm:g}: {reason}")
+    if gauge.thickness_mm > _greatest_mm(pads, gauge_std_mm):
+        raise InputError(
+            f"--thickness-mm {gauge.thickness_mm:g}: these pads had {pads.gauge_thickness_mm:g} mm; if new ones were "
+            f"fitted, say so with `wear reset --wheelset {gauge.wheelset}` first{_or_undo(gauge, pads)}"
+        )
+
+
+def _check_expected(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
+    """Refuse a thickness that was hardly to be expected. Pads of which nothing was noted may be worn as far as it goes.
+
+    The wear rate would be learned from it, and alarms that latch be raised.
+    """
+    assert gauge.thickness_mm is not None
+    expected, std_mm = pad_life(pads, settings.wear).by_energy, thickness_std_mm(pads, settings.wear)
+    doubt_mm = CONTRADICTS_SIGMAS * hypot(std_mm, gauge.std_mm or settings.wear.gauge_std_mm)
+    if pads.is_noted and abs(gauge.thickness_mm - expected.value_mm) > doubt_mm:
+        raise InputError(
+            f"--thickness-mm {gauge.thickness_mm:g}: expected {_interval(expected)} mm; gauge again, and see that it "
+            f"is wheelset {gauge.wheelset}; if it is right all the same, add --sure{_or_undo(gauge, pads)}"
+        )
+
+
+def _or_undo(gauge: Gauge, pads: PadWear) -> str:
+    """What else may be wrong."""
+    if pads.before_entry is None:
+        return ""
+    last = "that they are new" if pads.gauged_time_s is None else f"{pads.gauge_thickness_mm:g} mm"
+    return f"; if the last entry ({last}) is wrong, take it back with `wear undo --wheelset {gauge.wheelset}`"
+
+
+def _check_entered(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
+    if pads.before_entry is None:
+        raise InputError(f"{settings.vehicle.id}: wheelset {gauge.wheelset} has no entry that could be taken back")
 
 
 def _greatest_mm(pads: PadWear, gauge_std_mm: float) -> float:
     """What these pads may measure at most."""
-    return pads.gauge_thickness_mm + 3.0 * hypot(pads.gauge_std_mm, gauge_std_mm)
-
-
-def _least_mm(pads: PadWear, gauge_std_mm: float, wear: WearSettings) -> float:
-    """What they may measure at least; those that nobody has measured yet may be worn as far as it goes."""
-    if pads.gauged_time_s is None:
-        return 0.0
-    std_mm = hypot(pads.gauge_std_mm, gauge_std_mm)
-    return pads.gauge_thickness_mm - _most_worn_mm(pads, wear) - 3.0 * std_mm
-
-
-def _most_worn_mm(pads: PadWear, wear: WearSettings) -> float:
-    """Since the last reading, at the greatest wear rate that is believed."""
-    return energy_loss_mm(pads.since_gauge.energy_j, wear.greatest_specific_wear_cm3_per_mj, wear)
+    return pads.gauge_thickness_mm + OTHER_PADS_SIGMAS * hypot(pads.gauge_std_mm, gauge_std_mm)
 
 
 def _brakes(store: Store, settings: Settings) -> Brakes:

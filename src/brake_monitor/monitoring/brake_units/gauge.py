@@ -1,4 +1,4 @@
-"""What people measure of the pads, or that they fitted new ones, and what it makes of the brake units."""
+"""What people measure of the pads, that they fitted new ones or were wrong, and what it makes of the brake units."""
 
 from msgspec import Struct
 from msgspec.structs import replace
@@ -8,17 +8,22 @@ from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.settings.wear_settings import WearSettings
 
+LARGEST_THICKNESS_MM = 100.0  # of a pad, and of what a reading of it is in doubt
+
 
 class Gauge(Struct, frozen=True):
-    """A person measured the pads of a wheelset, or fitted new ones."""
+    """A person measured the pads of a wheelset, fitted new ones, or takes the last such entry back."""
 
     time_s: float
     wheelset: int  # from 1
     thickness_mm: float | None  # None: new pads
     std_mm: float | None = None  # None: as configured
+    takes_back: bool = False  # the entry before, and tells nothing else
 
     def told(self) -> str:
         """In words."""
+        if self.takes_back:
+            return "last entry taken back"
         return "new pads" if self.thickness_mm is None else f"pads measured, {self.thickness_mm:g} mm"
 
 
@@ -35,9 +40,10 @@ def after_gauge(brakes: Brakes, gauge: Gauge, settings: WearSettings) -> Brakes:
 
 
 def _pads_after(unit: BrakeUnit, gauge: Gauge, settings: WearSettings) -> PadWear:
+    if gauge.takes_back:
+        return unit.pads.taken_back()
     if gauge.thickness_mm is None:
         return unit.pads.renewed(settings, gauge.time_s)
-    try:
-        return unit.pads.gauged(settings, gauge.time_s, gauge.thickness_mm, gauge.std_mm)
-    except ArithmeticError:
-        raise InputError(f"wheelset {gauge.wheelset}: {gauge.told()}: this entry is none that can be") from None
+    if not all(0.0 < told_mm <= LARGEST_THICKNESS_MM for told_mm in (gauge.thickness_mm, gauge.std_mm or 1.0)):
+        raise InputError(f"wheelset {gauge.wheelset}: {gauge.told()}: this entry is none that can be")
+    return unit.pads.gauged(settings, gauge.time_s, gauge.thickness_mm, gauge.std_mm)

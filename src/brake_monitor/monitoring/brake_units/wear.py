@@ -1,6 +1,6 @@
 """What has become of the pads of one wheelset: use, thickness, and how long they still last."""
 
-from math import hypot
+from math import hypot, sqrt
 from typing import Self
 
 from msgspec import Struct
@@ -13,6 +13,8 @@ MM_PER_CM = 10.0
 J_PER_MJ = 1e6
 MM3_PER_CM3 = 1e3
 LEAST_RELATIVE_STD = 0.05  # wear depends on weather and braking; no calibration makes it more certain
+POSSIBLE_SIGMAS = 3.0  # of a loss: what is further from any rate that pads have is none of theirs
+DISAGREED = 0.5  # of what readings disagree by stays in doubt: the rate has changed, or one of them is wrong
 RECENT_STOPS = 50  # "recent use" forgets to 37 % within as many
 
 
@@ -52,17 +54,30 @@ class Rate(Struct, frozen=True):
     value: float
     std: float
 
-    def calibrated(self, lost: float, lost_std: float, use: float, least: float, greatest: float) -> "Rate":
-        """The rate, given also that `use` took away `lost` ± `lost_std`: both weighted by their variances.
+    def calibrated(self, loss: "Loss", least: float, greatest: float, fleet_std: float) -> "Rate":
+        """The rate, given also what was lost: both weighted by their variances.
 
-        `use` is what a rate of 1 would have taken away.
+        No rate is learned where no pad loses as much or as little: the monitor was off, or a reading is wrong. One that
+        contradicts what was known leaves it in doubt, at most as much as before anything was measured (`fleet_std`).
         """
-        if use <= 0.0:
+        if loss.use <= 0.0:
             return self
-        measured, measured_std = lost / use, lost_std / use
+        measured, measured_std = loss.lost / loss.use, loss.std / loss.use
+        if not least - POSSIBLE_SIGMAS * measured_std <= measured <= greatest + POSSIBLE_SIGMAS * measured_std:
+            return self
         weight = self.std**2 / (self.std**2 + measured_std**2)
         value = min(max(self.value + weight * (measured - self.value), least), greatest)
-        return Rate(value, max(self.std * (1.0 - weight) ** 0.5, LEAST_RELATIVE_STD * value))
+        known_std = max(self.std * (1.0 - weight) ** 0.5, LEAST_RELATIVE_STD * value)
+        disagreed = sqrt(max((measured - self.value) ** 2 - self.std**2 - measured_std**2, 0.0))
+        return Rate(value, max(min(hypot(known_std, DISAGREED * disagreed), fleet_std), known_std))
+
+
+class Loss(Struct, frozen=True):
+    """What pads have lost, with its standard deviation, and what a rate of 1 would have taken away."""
+
+    lost: float
+    std: float
+    use: float
 
 
 class PadWear(Struct, frozen=True):
@@ -77,6 +92,7 @@ class PadWear(Struct, frozen=True):
     since_fitted: PadUse = PadUse()
     since_gauge: PadUse = PadUse()
     recent: PadUse = PadUse()  # fading sums over the last stops
+    before_entry: "PadWear | None" = None  # as they were when they were measured last, or fitted: to be taken back
 
     @classmethod
     def new(cls, settings: WearSettings, time_s: float | None = None) -> Self:
@@ -91,9 +107,14 @@ class PadWear(Struct, frozen=True):
             archard_mm3_per_nm=Rate(settings.archard_mm3_per_nm, settings.archard_mm3_per_nm * relative_std),
         )
 
+    @property
+    def is_noted(self) -> bool:
+        """Whether anybody has measured them, or noted that they were new."""
+        return self.fitted_time_s is not None or self.gauged_time_s is not None
+
     def as_configured(self, settings: WearSettings) -> "PadWear":
         """Pads of which nobody noted anything are what the settings say, which may have been put right since."""
-        if self.fitted_time_s is not None or self.gauged_time_s is not None:
+        if self.is_noted:
             return self
         new = PadWear.new(settings)
         return replace(new, since_fitted=self.since_fitted, since_gauge=self.since_gauge, recent=self.recent)
@@ -113,26 +134,30 @@ class PadWear(Struct, frozen=True):
     def gauged(
         self, settings: WearSettings, time_s: float, thickness_mm: float, gauge_std_mm: float | None = None
     ) -> "PadWear":
-        """The thickness was measured: count from it, and learn the wear rates from what was lost since the last one."""
+        """The thickness was measured: count from it, and learn the wear rates from what was lost since the last one.
+
+        Pads of which nothing had been noted may have been worn as the monitor came: they teach nothing yet.
+        """
         std_mm = settings.gauge_std_mm if gauge_std_mm is None else gauge_std_mm
         lost_mm, lost_std_mm = self.gauge_thickness_mm - thickness_mm, hypot(self.gauge_std_mm, std_mm)
         least = settings.least_specific_wear_cm3_per_mj
         greatest = settings.greatest_specific_wear_cm3_per_mj
-        unit_energy_loss_mm = energy_loss_mm(self.since_gauge.energy_j, 1.0, settings)
-        unit_archard_loss_mm = archard_loss_mm(self.since_gauge.force_travel_nm, 1.0, settings)
+        used = self.since_gauge if self.is_noted else PadUse()
+        by_energy = Loss(lost_mm, lost_std_mm, energy_loss_mm(used.energy_j, 1.0, settings))
+        by_archard = Loss(lost_mm, lost_std_mm, archard_loss_mm(used.force_travel_nm, 1.0, settings))
         archard_per_energy = settings.archard_mm3_per_nm / settings.specific_wear_cm3_per_mj
+        fleet_std = settings.specific_wear_std_cm3_per_mj
         return replace(
             self,
             gauged_time_s=time_s,
             gauge_thickness_mm=thickness_mm,
             gauge_std_mm=std_mm,
             since_gauge=PadUse(),
-            specific_wear_cm3_per_mj=self.specific_wear_cm3_per_mj.calibrated(
-                lost_mm, lost_std_mm, unit_energy_loss_mm, least, greatest
-            ),
+            specific_wear_cm3_per_mj=self.specific_wear_cm3_per_mj.calibrated(by_energy, least, greatest, fleet_std),
             archard_mm3_per_nm=self.archard_mm3_per_nm.calibrated(
-                lost_mm, lost_std_mm, unit_archard_loss_mm, least * archard_per_energy, greatest * archard_per_energy
+                by_archard, least * archard_per_energy, greatest * archard_per_energy, fleet_std * archard_per_energy
             ),
+            before_entry=replace(self, before_entry=None),
         )
 
     def renewed(self, settings: WearSettings, time_s: float) -> "PadWear":
@@ -141,6 +166,18 @@ class PadWear(Struct, frozen=True):
             PadWear.new(settings, time_s),
             specific_wear_cm3_per_mj=self.specific_wear_cm3_per_mj,
             archard_mm3_per_nm=self.archard_mm3_per_nm,
+            recent=self.recent,
+            before_entry=replace(self, before_entry=None),
+        )
+
+    def taken_back(self) -> "PadWear":
+        """As if the last entry, a thickness or new pads, had not been made; what they did since counts."""
+        if self.before_entry is None:
+            return self
+        return replace(
+            self.before_entry,
+            since_fitted=self.before_entry.since_fitted.plus(self.since_gauge),
+            since_gauge=self.before_entry.since_gauge.plus(self.since_gauge),
             recent=self.recent,
         )
 
@@ -186,6 +223,12 @@ def expected_thickness_mm(pads: PadWear, settings: WearSettings) -> float:
     return max(pads.gauge_thickness_mm - lost_mm, 0.0)
 
 
+def thickness_std_mm(pads: PadWear, settings: WearSettings) -> float:
+    """The standard deviation of the thickness now by energy."""
+    rate = pads.specific_wear_cm3_per_mj
+    return _std_mm(pads, energy_loss_mm(pads.since_gauge.energy_j, rate.value, settings), rate)
+
+
 def energy_loss_mm(energy_j: float, specific_wear_cm3_per_mj: float, settings: WearSettings) -> float:
     """Thickness w E_pad / A_pad of each pad when all pads of the wheelset took `energy_j`."""
     pad_energy_mj = energy_j / J_PER_MJ / settings.pads_per_wheelset
@@ -201,9 +244,13 @@ def archard_loss_mm(force_travel_nm: float, archard_mm3_per_nm: float, settings:
 def _thickness(pads: PadWear, lost_mm: float, rate: Rate) -> Thickness:
     """The measured thickness less what was lost since; both are uncertain, the wear rate more so."""
     value_mm = max(pads.gauge_thickness_mm - lost_mm, 0.0)
-    doubt_mm = INTERVAL_SIGMAS * hypot(pads.gauge_std_mm, lost_mm * rate.std / rate.value)
+    doubt_mm = INTERVAL_SIGMAS * _std_mm(pads, lost_mm, rate)
     return Thickness(
         value_mm,
         max(value_mm - doubt_mm, 0.0),
         min(value_mm + doubt_mm, pads.gauge_thickness_mm + INTERVAL_SIGMAS * pads.gauge_std_mm),
     )
+
+
+def _std_mm(pads: PadWear, lost_mm: float, rate: Rate) -> float:
+    return hypot(pads.gauge_std_mm, lost_mm * rate.std / rate.value)
