@@ -11,7 +11,7 @@ import numpy as np
 
 from brake_monitor.arrays import Floats, Ints
 from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
-from brake_monitor.monitoring.inputs.descent import ROLLS
+from brake_monitor.monitoring.inputs.descent import ROLLS, WHOLE
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.frozen_forces import ForceReading, FrozenForces
 from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
@@ -147,6 +147,9 @@ class _WheelBlock:
             seen_mps = np.concatenate((before[:, 1], rolling_mps[seen]))
             falling[seen] = falls(seen_s, seen_mps)[len(before) :]
         self._falls = list(zip(speeds.places[falling].tolist(), speeds.time_s[falling].tolist(), strict=True))
+        is_whole = rolling_mps >= WHOLE * vehicle_mps
+        self._whole_places: list[int] = speeds.places[is_whole].tolist()
+        self._whole_s = speeds.time_s[is_whole]
         self._stands = stands
         self._omega_radps, self._rolling_mps = omega_radps, rolling_mps
         self._forces_n = forces.value
@@ -158,7 +161,9 @@ class _WheelBlock:
                 self._wheel.stand_on(self._rolling_mps.item(last))
             else:
                 time_s, omega_radps = self._speeds.times_s.item(last), self._omega_radps.item(last)
-                self._wheel.turn_on(time_s, omega_radps, self._rolling_mps.item(last))
+                whole = bisect_left(self._whole_places, end) - 1
+                whole_s = self._whole_s.item(whole) if whole >= 0 and self._whole_places[whole] >= begin else None
+                self._wheel.turn_on(time_s, omega_radps, self._rolling_mps.item(last), whole_s)
             for place, time_s in self._falls:
                 if begin <= place < end:
                     self._wheel.falls.fell_s = time_s

@@ -11,7 +11,7 @@ from math import inf
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
-from brake_monitor.monitoring.inputs.descent import ROLLS, Descent
+from brake_monitor.monitoring.inputs.descent import ROLLS, STANDS, WHOLE, Descent
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
 from brake_monitor.monitoring.inputs.odd_turning import UNSEEN_SLIP, OddTurning
 from brake_monitor.monitoring.inputs.speed_bursts import SpeedBursts
@@ -23,7 +23,6 @@ from brake_monitor.settings.config import Vehicle
 
 TOLD_S = 2.0  # a speed of the vehicle that is older says nothing of a wheelset
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
-STANDS = 0.1  # below it does not; noise and a creeping wheel stay below
 TURNS_AGAIN = 0.2
 WATCHED_FROM_MPS = 1.39  # 5 km/h, below it speed sensors cut out ...
 CUTS_OUT_BELOW_MPS = 3.0  # ... and some sooner
@@ -97,12 +96,13 @@ class WatchedWheelset:
         if speed_mps < STANDSTILL_MPS:
             self._stand()
             return
+        whole_s = time_s if rolling_mps >= WHOLE * speed_mps else None
         if time_s - self._vehicle_speed.time_s > TOLD_S:
             if rolling_mps > STANDSTILL_MPS:
-                self.turn_on(time_s, omega_radps, rolling_mps)
+                self.turn_on(time_s, omega_radps, rolling_mps, whole_s)
             return
         if rolling_mps > ROLLS * speed_mps:
-            self.descent.rolls(time_s)
+            self.descent.rolls(time_s, whole_s)
         else:
             self.descent.see(time_s, rolling_mps / speed_mps)
         if rolling_mps > TURNS_AGAIN * speed_mps:
@@ -131,9 +131,9 @@ class WatchedWheelset:
         """How long a rail that gives hardly anything, of it half in a slide, takes to turn it once nothing holds it."""
         return 2.0 * self._inertia_kgm2 * TURNS_AGAIN * speed_mps / self.radius_m / self.holding.rail_nm
 
-    def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float) -> None:
-        """Take several speeds together at which it turns beyond doubt, of which this is the last."""
-        self.descent.rolls(time_s)
+    def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float, whole_s: float | None) -> None:
+        """Take several speeds together at which it turns beyond doubt, the last one and the last that is `WHOLE`."""
+        self.descent.rolls(time_s, whole_s)
         self.rolling_mps, self._turned = rolling_mps, (time_s, omega_radps)
         self._wagon_stood, self.stands_since_s, self.decided = False, inf, None
 
@@ -183,4 +183,4 @@ class WatchedWheelset:
         fall_radps2 = (turned_radps - omega_radps) / max(time_s - turned_s, SHORTEST_FALL_S)
         force_n = self.holding.largest_n
         possible = fall_radps2 <= self._stop_radps2_per_n * force_n and force_n >= self.holding.least_n
-        return Origin.STOPPED if possible or self.descent.is_a_wheels(time_s) else Origin.DROPPED
+        return Origin.STOPPED if possible or self.descent.is_a_wheels() else Origin.DROPPED
