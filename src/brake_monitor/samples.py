@@ -1,7 +1,9 @@
-"""What a sample is: one value of one quantity in SI units, with capture time and quality."""
+"""What a sample is: one value in SI units, with capture time and quality, of one of the quantities that there are."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import IntEnum, StrEnum
+from math import inf, pi
 from typing import NamedTuple
 
 
@@ -32,26 +34,69 @@ class InputCondition(StrEnum):
 
 
 class Quantity(StrEnum):
-    """What we measure, named as in the configuration's [signals]."""
+    """What we measure, named as in the configuration's [signals]; `TRAITS` says what is known of each."""
 
-    SPEED = "speed"  # m/s
-    AXLE_SPEED = "axle_speed"  # rad/s
-    PRESSING_FORCE = "pressing_force"  # N
-    WSP_ACTIVE = "wsp_active"  # 0 or 1
-    SANDING = "sanding"  # 0 or 1
-    LOAD_FORCE = "load_force"  # N
-    GRADIENT = "gradient"  # rise over run
-    WHEEL_TORQUE = "wheel_torque"  # N m
-    LATITUDE = "latitude"  # degrees
-    LONGITUDE = "longitude"  # degrees
+    SPEED = "speed"
+    AXLE_SPEED = "axle_speed"
+    PRESSING_FORCE = "pressing_force"
+    WSP_ACTIVE = "wsp_active"
+    SANDING = "sanding"
+    LOAD_FORCE = "load_force"
+    GRADIENT = "gradient"
+    WHEEL_TORQUE = "wheel_torque"
+    LATITUDE = "latitude"
+    LONGITUDE = "longitude"
 
+
+class Traits(NamedTuple):
+    """What is known of a quantity on any vehicle."""
+
+    called: str  # in sentences for people
+    units: Mapping[str, float]  # in which it may be configured, and their factors to that of samples; first the default
+    noise_std: float = 0.0  # in that of samples, where the mapping gives none: what such a sensor is usually worth
+    largest: float = inf  # ... absolute: nothing on rails exceeds it. Keeps a sensor's nonsense out of the arithmetic
+    per_wheelset: bool = False  # its list has an entry for each; that of WSP flags may have one for all
+    timeout_s: float = 1.0  # how long a value is used where neither the mapping nor the DBC's cycle time says so
+
+
+_SLOW_S = 5.0
+_FLAG = {"": 1.0}  # 0 or 1
+_NEWTONS = {"N": 1.0, "kN": 1e3}
+_DEGREES = {"deg": 1.0, "°": 1.0}  # the only unit of samples that is none of SI: places are read in degrees
+_KMH = 1.0 / 3.6
+
+TRAITS: Mapping[str, Traits] = {  # of each `Quantity`
+    Quantity.SPEED: Traits("the vehicle speed", {"m/s": 1.0, "km/h": _KMH}, 0.05, 200.0),
+    Quantity.AXLE_SPEED: Traits(
+        "the wheel speed",
+        {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "m/s": 1.0, "km/h": _KMH},  # see `si_factor`
+        0.1,
+        1000.0,
+        per_wheelset=True,
+    ),
+    Quantity.PRESSING_FORCE: Traits("the pressing force", _NEWTONS, 500.0, 1e6, per_wheelset=True),
+    Quantity.WSP_ACTIVE: Traits("the state of the wheel-slide protection", _FLAG, per_wheelset=True),
+    Quantity.SANDING: Traits("sanding", _FLAG),
+    Quantity.LOAD_FORCE: Traits("the load", _NEWTONS, 2000.0, 5e6, timeout_s=_SLOW_S),
+    Quantity.GRADIENT: Traits(
+        "the gradient",
+        {"m/m": 1.0, "%": 1e-2, "‰": 1e-3, "permille": 1e-3},  # rise over run
+        0.002,
+        0.5,
+        timeout_s=_SLOW_S,
+    ),
+    Quantity.WHEEL_TORQUE: Traits(
+        "the wheel torque", {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3}, 100.0, 1e6, per_wheelset=True
+    ),
+    Quantity.LATITUDE: Traits("the latitude", _DEGREES, 5e-5, timeout_s=_SLOW_S),  # about 5 m
+    Quantity.LONGITUDE: Traits("the longitude", _DEGREES, 5e-5, timeout_s=_SLOW_S),
+}
 
 Measurand = tuple[Quantity, int]  # which quantity of which wheelset, from 0; what the vehicle has once is at 0
 
-
 MEASURED = (Quantity.AXLE_SPEED, Quantity.SPEED)  # fused, y of (15); all other quantities are inputs
 ESSENTIAL = (*MEASURED, Quantity.PRESSING_FORCE)  # without these no estimate is valid
-FLAGS = frozenset({Quantity.WSP_ACTIVE, Quantity.SANDING})
+FLAGS = frozenset(quantity for quantity in Quantity if TRAITS[quantity].units is _FLAG)
 
 
 class Sample(NamedTuple):

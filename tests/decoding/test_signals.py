@@ -17,10 +17,10 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
-from brake_monitor.samples import Quality, Quantity, Sample
-from brake_monitor.settings.config import Settings
+from brake_monitor.samples import TRAITS, Quality, Quantity, Sample
+from brake_monitor.settings.config import Settings, Signals
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.settings.units import UNITS, shown_unit
+from brake_monitor.settings.units import shown_unit
 
 VEHICLES = Path(__file__).parents[2] / "dbc"
 WAGON = load_settings(VEHICLES / "wagon.toml")
@@ -137,11 +137,15 @@ def test_clamps_are_in_the_unit_of_the_mapping(tmp_path: Path) -> None:
         assert force.value == pytest.approx(force_n)
 
 
+def test_every_quantity_has_its_traits_and_its_key_in_the_configuration() -> None:
+    assert list(TRAITS) == list(Quantity) == list(Signals.__struct_fields__)
+
+
 def test_the_unit_that_is_shown_is_that_of_the_samples_and_flags_and_ratios_have_none() -> None:
     shown = {quantity: shown_unit(quantity) for quantity in Quantity}
     without = {quantity for quantity, unit in shown.items() if not unit}
     assert without == {Quantity.WSP_ACTIVE, Quantity.SANDING, Quantity.GRADIENT}
-    assert all(UNITS[quantity][unit] == 1.0 for quantity, unit in shown.items() if unit)
+    assert all(TRAITS[quantity].units[unit] == 1.0 for quantity, unit in shown.items() if unit)
 
 
 def test_noise_joins_sigma_and_quantisation_in_si() -> None:

@@ -10,9 +10,8 @@ import pytest
 from msgspec import NODEFAULT, Struct
 from msgspec.structs import fields
 
-from brake_monitor.decoding.routing import DEFAULT_NOISE_STD
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.samples import Quantity
+from brake_monitor.samples import TRAITS
 from brake_monitor.settings.alarm_settings import AlarmSettings, RuleSettings
 from brake_monitor.settings.config import (
     CanBus,
@@ -27,7 +26,6 @@ from brake_monitor.settings.config import (
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.settings.store_settings import StoreSettings
-from brake_monitor.settings.units import UNITS
 from brake_monitor.settings.wear_settings import WearSettings
 from brake_monitor.settings.zenoh_settings import MetricsSettings, TlsSettings, ZenohSettings
 
@@ -119,10 +117,10 @@ def test_no_table_of_the_configuration_is_left_out() -> None:
 def test_units_and_assumed_noises_of_the_signals_are_those_of_the_program() -> None:
     for keys, _, units, noise, _ in sections()["signals"][0]:
         for quantity in re.findall(r"`([^`]*)`", keys):
-            assert re.findall(r"`([^`]*)`", units) == [unit for unit in UNITS[quantity] if unit]
+            assert re.findall(r"`([^`]*)`", units) == [unit for unit in TRAITS[quantity].units if unit]
             number = re.match(r"[\d.e-]*", noise)
             assert number is not None
-            assert float(number[0] or 0.0) == DEFAULT_NOISE_STD[Quantity(quantity)]
+            assert float(number[0] or 0.0) == TRAITS[quantity].noise_std
 
 
 def test_the_example_of_several_buses_holds(tmp_path: Path) -> None:

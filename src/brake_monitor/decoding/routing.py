@@ -15,30 +15,12 @@ from brake_monitor.decoding.qualifier import Qualifier, as_qualifier, good_numbe
 from brake_monitor.decoding.rolling_counter import RollingCounter, as_counter
 from brake_monitor.decoding.signal_field import SignalField, cycle_time_s, signal_field
 from brake_monitor.errors import InputError
-from brake_monitor.samples import ESSENTIAL, MEASURED, Channel, Quantity
+from brake_monitor.samples import ESSENTIAL, MEASURED, TRAITS, Channel, Quantity
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.config_text import place_of
 from brake_monitor.settings.toml_lines import KeyPath
 from brake_monitor.settings.units import default_unit, has_unit, is_unit, si_factor
 
-# Standard deviation in SI when the mapping gives none: what such a sensor on a wagon is usually worth.
-DEFAULT_NOISE_STD: Mapping[Quantity, float] = {
-    Quantity.SPEED: 0.05,
-    Quantity.AXLE_SPEED: 0.1,
-    Quantity.PRESSING_FORCE: 500.0,
-    Quantity.WSP_ACTIVE: 0.0,
-    Quantity.SANDING: 0.0,
-    Quantity.LOAD_FORCE: 2000.0,
-    Quantity.GRADIENT: 0.002,
-    Quantity.WHEEL_TORQUE: 100.0,
-    Quantity.LATITUDE: 5e-5,  # about 5 m
-    Quantity.LONGITUDE: 5e-5,
-}
-
-# When neither the mapping nor the DBC's cycle time says how long a value may be used.
-_TIMEOUT_S = 1.0
-_SLOW_TIMEOUT_S = 5.0
-_SLOW = frozenset({Quantity.LOAD_FORCE, Quantity.GRADIENT, Quantity.LATITUDE, Quantity.LONGITUDE})
 CYCLES_TO_TIMEOUT = 5.0
 _LARGEST_STEP = 1e24  # SI; what is squared must still be a number
 
@@ -164,7 +146,6 @@ def _mapped_signal(wanted: _Wanted, message: Message, is_j1939: bool) -> MappedS
     factor = si_factor(quantity, mapping.unit, wheel_radius_m)
     noise_std = _noise_std(wanted, field, factor)
     cycle_s = cycle_time_s(message, field)
-    default_timeout_s = _SLOW_TIMEOUT_S if quantity in _SLOW else _TIMEOUT_S
     no_data_from = None
     if is_j1939 and not (field.is_signed or field.is_float):
         no_data_from = first_not_available(field.length)
@@ -177,7 +158,7 @@ def _mapped_signal(wanted: _Wanted, message: Message, is_j1939: bool) -> MappedS
             signal=mapping.signal,
             noise_std=noise_std,
             delay_s=mapping.delay_s,
-            timeout_s=mapping.timeout_s or (cycle_s * CYCLES_TO_TIMEOUT if cycle_s else default_timeout_s),
+            timeout_s=mapping.timeout_s or (cycle_s * CYCLES_TO_TIMEOUT if cycle_s else TRAITS[quantity].timeout_s),
         ),
         field=field,
         gain=mapping.scale * factor,
@@ -192,7 +173,7 @@ def _mapped_signal(wanted: _Wanted, message: Message, is_j1939: bool) -> MappedS
 def _noise_std(wanted: _Wanted, field: SignalField, factor: float) -> float:
     """Of the sensor and of the steps in which its signal tells; `factor` makes SI of the mapping's unit."""
     quantity, mapping = wanted.quantity, wanted.mapping
-    sigma = DEFAULT_NOISE_STD[quantity] if mapping.noise_std is None else mapping.noise_std * factor
+    sigma = TRAITS[quantity].noise_std if mapping.noise_std is None else mapping.noise_std * factor
     lsb = 0.0 if field.is_float else abs(field.scale * (mapping.scale * factor))
     if lsb > _LARGEST_STEP:
         raise InputError(f'one step of signal "{mapping.signal}" in the DBC is {lsb:g} in SI, expected a measurement')

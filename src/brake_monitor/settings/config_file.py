@@ -12,7 +12,6 @@ from brake_monitor.settings.config_text import ConfigText, shown
 from brake_monitor.settings.settings_check import check_buses, check_counts, check_mappings, check_rest
 from brake_monitor.settings.store_settings import StoreSettings
 from brake_monitor.settings.typed_table import check_table, is_number
-from brake_monitor.settings.units import UNITS
 from brake_monitor.settings.vehicle_check import PER_WHEELSET, a_number_or_list, check_vehicle
 from brake_monitor.settings.zenoh_settings import ZenohSettings
 
@@ -85,7 +84,7 @@ def _complete_signals(settings: Settings, buses: tuple[CanBus, ...]) -> Any:
             return entry
         return msgspec.structs.replace(entry, bus=entry.bus or buses[0].name)
 
-    entries = {name: complete(getattr(settings.signals, name)) for name in UNITS}
+    entries = {name: complete(getattr(settings.signals, name)) for name in settings.signals.__struct_fields__}
     return msgspec.structs.replace(settings.signals, **entries)
 
 

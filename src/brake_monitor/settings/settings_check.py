@@ -4,12 +4,12 @@ import re
 from itertools import pairwise, permutations
 
 from brake_monitor.nearest import nearest
+from brake_monitor.samples import ESSENTIAL, TRAITS, Quantity
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.config_text import ConfigText, one_of, shown
 from brake_monitor.settings.key_space import fault_of
 from brake_monitor.settings.store_settings import MOST_EVIDENCE_S
 from brake_monitor.settings.toml_lines import KeyPath
-from brake_monitor.settings.units import UNITS
 
 _BUS_NAME = re.compile(r"[!-~]+")
 
@@ -57,17 +57,15 @@ def check_buses(text: ConfigText, settings: Settings) -> None:
 def check_counts(text: ConfigText, settings: Settings) -> None:
     """InputError when a wheelset has no signal of its own where it needs one."""
     count = settings.vehicle.wheelset_count
-    signals = settings.signals
-    allowed = {
-        "axle_speed": {count},
-        "pressing_force": {count},
-        "wsp_active": {0, 1, count},
-        "wheel_torque": {0, count},
-    }
-    for name, counts in allowed.items():
-        given = len(getattr(signals, name))
-        if given not in counts:
-            wanted = f"{count} (one per wheelset)" + (" or 1 (for all)" if name == "wsp_active" else "")
+    for name in (name for name, traits in TRAITS.items() if traits.per_wheelset):
+        allowed, wanted = {count}, f"{count} (one per wheelset)"
+        if name not in ESSENTIAL:
+            allowed.add(0)
+        if name == Quantity.WSP_ACTIVE:
+            allowed.add(1)
+            wanted += " or 1 (for all)"
+        given = len(getattr(settings.signals, name))
+        if given not in allowed:
             text.refuse(("signals", name), f"expected a list of {wanted}, got {given}")
 
 
@@ -75,7 +73,7 @@ def check_mappings(text: ConfigText, settings: Settings, buses: set[str]) -> Non
     """InputError when a signal's unit, scale, bounds or bus make no sense; `buses` are those there are."""
     for quantity, place, mapping in settings.signals.mapped():
         key = ("signals", quantity) if place is None else ("signals", quantity, place)
-        units = list(UNITS[quantity])
+        units = list(TRAITS[quantity].units)
         if mapping.unit and mapping.unit not in units:
             wanted = one_of(units) if any(units) else "none, as a flag has none"
             wanted += " (scale and offset make a force of a pressure)" if quantity in _BY_PRESSURE else ""

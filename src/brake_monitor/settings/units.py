@@ -1,27 +1,9 @@
-"""The units in which a quantity may be configured, and their factors to SI."""
+"""The units in which a quantity may be configured, as in `TRAITS`, and how they are written."""
 
 import re
 from collections.abc import Mapping
-from math import pi
 
-_KMH = 1.0 / 3.6
-_FLAG = {"": 1.0}
-_DEGREES = {"deg": 1.0, "°": 1.0}  # the only quantity kept out of SI: places are read in degrees
-_NEWTON_METRES = {"N m": 1.0, "Nm": 1.0, "kN m": 1e3, "kNm": 1e3}
-
-# Quantity as named in [signals] → unit → factor. The first unit of each is its default.
-UNITS: Mapping[str, Mapping[str, float]] = {
-    "speed": {"m/s": 1.0, "km/h": _KMH},
-    "axle_speed": {"rad/s": 1.0, "rpm": 2.0 * pi / 60.0, "m/s": 1.0, "km/h": _KMH},
-    "pressing_force": {"N": 1.0, "kN": 1e3},
-    "wsp_active": _FLAG,
-    "sanding": _FLAG,
-    "load_force": {"N": 1.0, "kN": 1e3},
-    "gradient": {"m/m": 1.0, "%": 1e-2, "‰": 1e-3, "permille": 1e-3},
-    "wheel_torque": _NEWTON_METRES,
-    "latitude": _DEGREES,
-    "longitude": _DEGREES,
-}
+from brake_monitor.samples import TRAITS
 
 # How DBC files write them otherwise, in small letters and without what joins factors.
 _SPELLINGS: Mapping[str, frozenset[str]] = {
@@ -43,11 +25,11 @@ _SHOWN = {"deg": "°", "m/m": ""}  # otherwise as it is named
 
 
 def si_factor(quantity: str, unit: str, wheel_radius_m: float) -> float:
-    """Return SI value / value in `unit` (a key of UNITS[quantity], or "" for its default unit).
+    """Return SI value / value in `unit` (one of the quantity's, or "" for its default).
 
     An axle speed in m/s or km/h is circumferential: it becomes rad/s through `wheel_radius_m`.
     """
-    factor = UNITS[quantity][unit or default_unit(quantity)]
+    factor = TRAITS[quantity].units[unit or default_unit(quantity)]
     if quantity == "axle_speed" and unit in _CIRCUMFERENTIAL:
         factor /= wheel_radius_m
     return factor
@@ -55,11 +37,11 @@ def si_factor(quantity: str, unit: str, wheel_radius_m: float) -> float:
 
 def default_unit(quantity: str) -> str:
     """Return the unit that a mapping has when it names none."""
-    return next(iter(UNITS[quantity]))
+    return next(iter(TRAITS[quantity].units))
 
 
 def is_unit(written: str, unit: str) -> bool:
-    """Return whether a DBC's unit is `unit`, a key of some UNITS[quantity], in one of its spellings."""
+    """Return whether a DBC's unit is `unit`, one of some quantity's, in one of its spellings."""
     plain, named = (re.sub(r"[\s*·]", "", text).lower() for text in (written, unit))
     return plain == named or plain in _SPELLINGS.get(unit, ())
 

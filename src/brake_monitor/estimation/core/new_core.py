@@ -2,16 +2,15 @@
 
 from collections.abc import Sequence
 from dataclasses import fields
-from math import hypot, inf, nan
+from math import hypot, nan
 
 from brake_monitor.estimation.core.core import ELSE, TELLS, Core
 from brake_monitor.estimation.core.core_numbers import RegimeDensities
-from brake_monitor.estimation.doubts.plausibility import LARGEST
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.kalman.foretold import Foretold
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
-from brake_monitor.samples import Channel, Quantity
+from brake_monitor.samples import TRAITS, Channel, Quantity
 from brake_monitor.settings.config import EstimatorSettings
 
 UNEXPLAINED_SIGMAS = 3.0  # of d as known beforehand; in `wagon` a gradient of 30 per mille
@@ -81,5 +80,5 @@ def _state(channel: Channel, tuning: Tuning, speed_place: int) -> ChannelState:
         channel.wheelset,
         speed_place if channel.quantity is Quantity.SPEED else channel.wheelset,
         channel.noise_std**2 if variance is None else variance,
-        LARGEST.get(channel.quantity, inf),
+        TRAITS[channel.quantity].largest,
     )

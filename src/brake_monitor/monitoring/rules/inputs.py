@@ -9,21 +9,9 @@ from brake_monitor.monitoring.reports import BusReport, InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.losses import Losses
 from brake_monitor.plural import plural
-from brake_monitor.samples import ESSENTIAL, InputCondition, Measurand, Quantity
+from brake_monitor.samples import ESSENTIAL, TRAITS, InputCondition, Measurand, Quantity
 from brake_monitor.settings.alarm_settings import InputImplausibleRule, InputLostRule
 
-NAMES: Mapping[Quantity, str] = {
-    Quantity.SPEED: "the vehicle speed",
-    Quantity.AXLE_SPEED: "the wheel speed",
-    Quantity.PRESSING_FORCE: "the pressing force",
-    Quantity.WSP_ACTIVE: "the state of the wheel-slide protection",
-    Quantity.SANDING: "sanding",
-    Quantity.LOAD_FORCE: "the load",
-    Quantity.GRADIENT: "the gradient",
-    Quantity.WHEEL_TORQUE: "the wheel torque",
-    Quantity.LATITUDE: "the latitude",
-    Quantity.LONGITUDE: "the longitude",
-}
 IMPLAUSIBLE: Mapping[InputCondition, str] = {
     InputCondition.FROZEN: "repeats itself while everything else moves",
     InputCondition.REPEATED: "stands still to the last bit, as all speeds do while the wagon rolls",
@@ -44,7 +32,6 @@ CHECK_TIME_OUT = ". Check the contacts, and that timeout_s is longer than it tak
 NEVER: Mapping[Measurand, int] = {}
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
 BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing at all arrives, the bus is to blame
-PER_WHEELSET = frozenset({Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE, Quantity.WHEEL_TORQUE, Quantity.WSP_ACTIVE})
 
 
 class InputLost:
@@ -167,7 +154,7 @@ def reports_of(wheelset: int | None, seen: Observation) -> list[InputReport]:
 
     def wheelset_of(report: InputReport) -> int | None:
         is_shared = report.channel.quantity is Quantity.WSP_ACTIVE and not own_wsp
-        return report.channel.wheelset + 1 if report.channel.quantity in PER_WHEELSET and not is_shared else None
+        return report.channel.wheelset + 1 if TRAITS[report.channel.quantity].per_wheelset and not is_shared else None
 
     return [report for report in seen.inputs if wheelset_of(report) == wheelset]
 
@@ -196,7 +183,7 @@ def named_in(evidence: Values) -> list[str]:
 
 def named(report: InputReport) -> str:
     """What it tells, and its name in the DBC."""
-    return f"{NAMES[report.channel.quantity]} ({report.channel.source})"
+    return f"{TRAITS[report.channel.quantity].called} ({report.channel.source})"
 
 
 def of(wheelset: int | None) -> str:

@@ -2,11 +2,10 @@
 
 from collections.abc import Iterator
 
+from brake_monitor.samples import TRAITS
 from brake_monitor.simulator.due.alarm import AFTERMATH_S, SETTLED_S, Due
 from brake_monitor.simulator.due.truth import Truth
 from brake_monitor.simulator.sensor_faults import BusFailure, BusFault, SensorFailure, SensorFault
-
-PER_WHEELSET = frozenset({"axle_speed", "pressing_force", "wsp_active"})
 
 
 def failed_sensors(truth: Truth) -> Iterator[Due]:
@@ -22,7 +21,7 @@ def _sensor(truth: Truth, fault: SensorFault, end_s: float) -> Iterator[Due]:
     With a message, all signals in it are lost.
     """
     due_kind = "input_lost" if fault.failure is SensorFailure.LOST else "input_implausible"
-    place = fault.place if fault.quantity in PER_WHEELSET and not _is_shared(truth, fault) else None
+    place = fault.place if TRAITS[fault.quantity].per_wheelset and not _is_shared(truth, fault) else None
     span = (fault.from_s, end_s + AFTERMATH_S)
     why = f"{fault.quantity} {fault.place + 1}: {fault.failure}"
     from_s = _tells_from(truth, fault)
