@@ -1,6 +1,7 @@
 """The [alarms] table of the configuration: one table per rule, named like the alarm's kind."""
 
-from typing import Annotated
+from collections.abc import Iterator
+from typing import Annotated, ClassVar
 
 from msgspec import Meta, Struct
 
@@ -24,6 +25,8 @@ Adhesion = Annotated[float, Meta(gt=0.0, le=1.0)]
 
 class RuleSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """What every rule has: how long its condition must last, and how long be gone."""
+
+    rising: ClassVar[tuple[str, ...]] = ()  # settings of which none may be greater than the next
 
     enabled: bool = True
     debounce_s: Wait = 0.5  # the condition lasts this long before the alarm is raised
@@ -62,6 +65,8 @@ class WheelsetNotRotatingRule(RuleSettings, frozen=True):
 
 class SlideRule(RuleSettings, frozen=True):
     """A wheelset slides across the rail."""
+
+    rising = ("min_distance_m", "flat_possible_m", "flat_likely_m")
 
     debounce_s: Wait = 0.0
     min_distance_m: Distance = 3.0  # way of its treads across the rail
@@ -128,6 +133,8 @@ class BrakeNotAppliedRule(RuleSettings, frozen=True):
 class UnevenBrakingRule(RuleSettings, frozen=True):
     """The brake torque of one wheelset stands apart from the others', per brake application."""
 
+    rising = ("warning", "alarm")
+
     warning: Deviation = 0.20  # relative to the median of the others
     alarm: Deviation = 0.40
     clear_margin: NonNegative = 0.05
@@ -136,6 +143,8 @@ class UnevenBrakingRule(RuleSettings, frozen=True):
 
 class FrictionOutOfBandRule(RuleSettings, frozen=True):
     """Pad friction of a brake application, weighted by energy, too far from nominal."""
+
+    rising = ("warning", "alarm")
 
     warning: Deviation = 0.15  # relative to [estimator] friction_nominal
     alarm: Deviation = 0.30
@@ -147,6 +156,8 @@ class FrictionOutOfBandRule(RuleSettings, frozen=True):
 class FrictionDriftRule(RuleSettings, frozen=True):
     """Pad friction rises or falls from brake application to brake application."""
 
+    rising = ("min_stops", "stops")
+
     limit: Deviation = 0.15  # change over the stops looked at, relative to [estimator] friction_nominal
     clear_margin: NonNegative = 0.05
     stops: Annotated[int, Meta(ge=5, le=APPLICATIONS_JUDGED)] = 20  # how many are looked at ...
@@ -156,6 +167,8 @@ class FrictionDriftRule(RuleSettings, frozen=True):
 
 class HotDiscRule(RuleSettings, frozen=True):
     """The discs of a wheelset are hotter than their pads bear."""
+
+    rising = ("warning_c", "alarm_c")
 
     debounce_s: Wait = 2.0
     clear_s: Wait = 10.0
@@ -197,3 +210,8 @@ class AlarmSettings(Struct, frozen=True, forbid_unknown_fields=True):
     hot_disc: HotDiscRule = HotDiscRule()
     pad_near_limit: PadNearLimitRule = PadNearLimitRule()
     pad_at_limit: PadAtLimitRule = PadAtLimitRule()
+
+    def rules(self) -> Iterator[tuple[str, RuleSettings]]:
+        """Each table, by the kind of its alarm."""
+        for kind in self.__struct_fields__:
+            yield kind, getattr(self, kind)

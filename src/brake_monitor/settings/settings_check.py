@@ -5,26 +5,18 @@ from itertools import pairwise, permutations
 
 from brake_monitor.nearest import nearest
 from brake_monitor.samples import ESSENTIAL, TRAITS, Quantity
+from brake_monitor.settings.alarm_settings import RuleSettings
 from brake_monitor.settings.config import Settings, SignalMapping
 from brake_monitor.settings.config_text import ConfigText, one_of, shown
 from brake_monitor.settings.key_space import fault_of
 from brake_monitor.settings.store_settings import MOST_EVIDENCE_S
 from brake_monitor.settings.toml_lines import KeyPath
+from brake_monitor.settings.wear_settings import WearSettings
 
 _BUS_NAME = re.compile(r"[!-~]+")
 
 _BY_PRESSURE = ("pressing_force", "load_force")
 _SPEEDS = ("speed", "axle_speed")  # a force or torque held at 0 is that of a wheelset without brake or motor
-
-# Settings of which none may be greater than the next, by alarm rule; and those of [wear].
-_RISING = {
-    "slide": ("min_distance_m", "flat_possible_m", "flat_likely_m"),
-    "uneven_braking": ("warning", "alarm"),
-    "friction_out_of_band": ("warning", "alarm"),
-    "friction_drift": ("min_stops", "stops"),
-    "hot_disc": ("warning_c", "alarm_c"),
-}
-_RISING_WEAR = ("least_specific_wear_cm3_per_mj", "specific_wear_cm3_per_mj", "greatest_specific_wear_cm3_per_mj")
 
 
 def check_buses(text: ConfigText, settings: Settings) -> None:
@@ -111,13 +103,13 @@ def check_rest(text: ConfigText, settings: Settings) -> None:
             text.refuse(("zenoh", "prefix"), fault)
     if settings.metrics.port and not settings.zenoh.enabled:
         text.refuse(("metrics", "port"), "expected 0 with [zenoh] enabled = false, whose health it would serve")
-    rule = settings.alarms.low_adhesion
-    if not rule.low > rule.very_low > rule.extremely_low:
+    adhesion = settings.alarms.low_adhesion
+    if not adhesion.low > adhesion.very_low > adhesion.extremely_low:
         text.refuse(("alarms", "low_adhesion"), "expected low > very_low > extremely_low")
-    for kind, names in _RISING.items():
-        _check_rising(text, ("alarms", kind), getattr(settings.alarms, kind), names)
+    for kind, rule in settings.alarms.rules():
+        _check_rising(text, ("alarms", kind), rule)
     wear = settings.wear
-    _check_rising(text, ("wear",), wear, _RISING_WEAR)
+    _check_rising(text, ("wear",), wear)
     if wear.pad_limit_mm >= wear.new_pad_thickness_mm:
         sentence = f"expected less than new_pad_thickness_mm = {wear.new_pad_thickness_mm:g}"
         text.refuse(("wear", "pad_limit_mm"), f"{sentence}, got {wear.pad_limit_mm:g}")
@@ -157,8 +149,8 @@ def _check_margins(text: ConfigText, settings: Settings) -> None:
             text.refuse(("alarms", kind, "clear_margin_mm"), sentence)
 
 
-def _check_rising(text: ConfigText, key: KeyPath, table: object, names: tuple[str, ...]) -> None:
-    for lower, upper in pairwise(names):
+def _check_rising(text: ConfigText, key: KeyPath, table: RuleSettings | WearSettings) -> None:
+    for lower, upper in pairwise(table.rising):
         value, limit = getattr(table, lower), getattr(table, upper)
         if value > limit:
             text.refuse((*key, lower), f"expected no more than {upper} = {limit:g}, got {value:g}")

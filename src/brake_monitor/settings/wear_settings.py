@@ -1,6 +1,6 @@
 """The [wear] table of the configuration: pads and discs of one wheelset."""
 
-from typing import Annotated
+from typing import Annotated, ClassVar
 
 from msgspec import Meta, Struct
 
@@ -16,6 +16,12 @@ Archard = Annotated[float, Meta(gt=0.0, le=1.0)]  # mm³/(N m), which is 1000 cm
 
 class WearSettings(Struct, frozen=True, forbid_unknown_fields=True):
     """What pads and discs are made of; the same for all wheelsets."""
+
+    rising: ClassVar[tuple[str, ...]] = (  # none may be greater than the next
+        "least_specific_wear_cm3_per_mj",
+        "specific_wear_cm3_per_mj",
+        "greatest_specific_wear_cm3_per_mj",
+    )
 
     pads_per_wheelset: Count = 4
     pad_area_cm2: Area = 400.0
