@@ -7,7 +7,8 @@ from typing import get_args
 import pytest
 
 from brake_monitor.estimation.model.tuning import PRESETS
-from brake_monitor.settings.config import Preset
+from brake_monitor.settings.alarm_settings import AlarmSettings
+from brake_monitor.settings.config import Preset, TuningOverrides
 
 ROOT = Path(__file__).parents[1]
 PAGES = sorted(ROOT / page for page in ("README.md", "CHANGELOG.md")) + sorted(
@@ -58,12 +59,30 @@ def test_every_equation_stands_where_the_model_s_page_says() -> None:
 def test_presets_are_what_the_model_s_page_says() -> None:
     page = (ROOT / "docs" / "model.md").read_text()
     table = page.partition("| key of `[estimator.tuning]` |")[2].partition("\n\n")[0].splitlines()[2:]
-    assert len(table) > 20
+    keys = []
     for row in table:
-        _, key, _, *told, _ = (cell.strip() for cell in row.split("|"))
+        _, cell, _, *told, _ = (cell.strip() for cell in row.split("|"))
+        keys.append(key := cell.strip("`"))
         for preset, value in zip(get_args(Preset), told, strict=True):
             if value != "K is no state":
-                assert float(value) == getattr(PRESETS[preset], key.strip("`")), (key, preset)
+                assert float(value) == getattr(PRESETS[preset], key), (key, preset)
+    assert sorted(keys) == sorted(TuningOverrides.__struct_fields__)
+
+
+@pytest.mark.parametrize(
+    ("page", "column"), [("README.md", "raised when"), ("docs/alarms.md", "raised when"), ("docs/alarms.md", "fields")]
+)
+def test_every_kind_of_alarm_has_its_row(page: str, column: str) -> None:
+    table = (ROOT / page).read_text().partition(f"| kind | {column} |")[2].partition("\n\n")[0].splitlines()[2:]
+    kinds = {kind for row in table for kind in re.findall(r"`(\w+)`", row.split("|")[1])}
+    assert kinds == set(AlarmSettings.__struct_fields__)
+
+
+def test_files_that_the_page_for_developers_names_are_there() -> None:
+    named = re.findall(r"`([\w/]+(?:\.py|\.js|/))`", (ROOT / "docs" / "development.md").read_text())
+    assert len(named) > 40
+    for path in named:
+        assert (ROOT / path).exists() or list((ROOT / "src" / "brake_monitor").rglob(path)), path
 
 
 def rows(text: str) -> list[str]:
