@@ -9,6 +9,7 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.host import extras
 from brake_monitor.host.whole_file import whole_file
 from brake_monitor.processing import estimate_table
+from brake_monitor.processing.estimate_table import Form
 from brake_monitor.value_names import unit_of
 
 ROWS_AT_ONCE = 20_000  # in memory, and in each row group of the file
@@ -23,7 +24,7 @@ def parquet_table(path: Path, wheelset_count: int) -> Iterator[Write]:
     import pyarrow as pa  # noqa: PLC0415 - an extra, and slow to import
     from pyarrow import parquet  # noqa: PLC0415
 
-    schema = pa.schema([_field(pa, name) for name in estimate_table.header(wheelset_count)])
+    schema = pa.schema([_field(pa, *column) for column in estimate_table.columns(wheelset_count).items()])
     rows: list[tuple[estimate_table.Value, ...]] = []
     with whole_file(path) as part, parquet.ParquetWriter(part, schema) as file:
 
@@ -44,11 +45,6 @@ def parquet_table(path: Path, wheelset_count: int) -> Iterator[Write]:
             flush()
 
 
-def _field(pa: Any, name: str) -> Any:
-    if name.endswith("status") or name == "reasons":
-        kind = pa.string()
-    elif name == "saturated" or name.startswith("wsp_"):
-        kind = pa.bool_()
-    else:
-        kind = pa.int64() if name == "reset_count" else pa.float64()
-    return pa.field(name, kind, metadata={"unit": unit_of(name)})
+def _field(pa: Any, name: str, form: Form) -> Any:
+    kinds = {Form.WORD: pa.string(), Form.FLAG: pa.bool_(), Form.COUNT: pa.int64()}
+    return pa.field(name, kinds.get(form, pa.float64()), metadata={"unit": unit_of(name)})
