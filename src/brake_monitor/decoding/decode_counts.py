@@ -27,6 +27,12 @@ class DecodeCounts:
     stale: int = 0
     lost_frames: int = 0  # by the rolling counters
 
+    @property
+    def errors(self) -> int:
+        """Frames and samples that could not be used."""
+        broken_frames = self.short_frames + self.unknown_multiplexer + self.error_frames
+        return broken_frames + self.out_of_range + self.bad_counter
+
     def take(self, quality: Quality, times: int = 1) -> None:
         """Count samples of one quality; each quality has a count of its name."""
         name = quality.name.lower()

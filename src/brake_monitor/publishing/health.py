@@ -74,11 +74,7 @@ def intake_of(
         newest_reading_s=pipeline.newest_reading_s,
         frames=counts.frames,
         mapped_frames=counts.mapped,
-        decode_errors=counts.short_frames
-        + counts.unknown_multiplexer
-        + counts.error_frames
-        + counts.out_of_range
-        + counts.bad_counter,
+        decode_errors=counts.errors,
         lost_frames=counts.lost_frames,
         dropped_frames=dropped_frames,
         stale_signals=tuple(

@@ -288,7 +288,6 @@ class HealthMessage(Struct, frozen=True):
     uptime_s: Annotated[float, Gauge("time since the daemon began")]
     frames: Annotated[int, Counter("CAN frames received")]
     mapped_frames: Annotated[int, Counter("CAN frames of a mapped message")]
-    # Frames too short, on an unknown page, error frames, samples out of range or with a bad counter:
     decode_errors: Annotated[int, Counter("frames and samples that could not be used")]
     lost_frames: Annotated[int, Counter("frames lost by their rolling counters")]
     dropped_frames: Annotated[int, Counter("CAN frames that the kernel dropped because nobody fetched them in time")]
