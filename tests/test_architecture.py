@@ -114,8 +114,8 @@ LAYERS = {
     "processing": Layer(
         within(
             "processing",
-            "at_hand remembered stretches block_taker aligned_taker pipeline playing whole_recording estimate_table "
-            "smoother",
+            "at_hand remembered turns stretches block_taker aligned_taker pipeline playing whole_recording "
+            "estimate_table smoother",
         ),
         "words settings decoding estimation compiled monitoring",
     ),

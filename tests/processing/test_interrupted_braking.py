@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from brake_monitor.frame import Frame
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.processing.pipeline import Pipeline
-from brake_monitor.processing.stretches import BLIND_S
+from brake_monitor.processing.turns import BLIND_S
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.simulate import EPOCH_S

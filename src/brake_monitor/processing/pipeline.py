@@ -2,7 +2,7 @@
 
 from bisect import bisect_left
 from collections.abc import Iterable, Iterator
-from math import floor, isfinite
+from math import isfinite
 from typing import Self
 
 import numpy as np
@@ -14,7 +14,7 @@ from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.decoding.time_outs import Passage
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.frame import MOST_LATE_S, YEAR_S, Frame
+from brake_monitor.frame import YEAR_S, Frame
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
@@ -29,7 +29,8 @@ from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observati
 from brake_monitor.monitoring.rules.all_rules import all_rules
 from brake_monitor.processing.block_taker import BlockTaker, OneByOne
 from brake_monitor.processing.remembered import Remembered
-from brake_monitor.processing.stretches import BLIND_S, Stretches
+from brake_monitor.processing.stretches import Stretches
+from brake_monitor.processing.turns import BLIND_S, Turns
 from brake_monitor.samples import Sample
 from brake_monitor.settings.config import Settings
 
@@ -64,12 +65,7 @@ class Pipeline:
         self._input_judge = InputJudge(settings, decoder.channels, ratios)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
         self.is_told = False  # whether any mapped value has come yet: before, estimates are but guesses
-        self._taken_s = 0.0  # when time last went on
-        self._latest_s = 0.0  # how far it had gone when something was last fused, late frames apart
-        self._observed_turn = -1  # number of the last observation period that the rules saw
-        self._begun_s: float | None = None  # output periods count from the first mapped frame
-        self._given_turn = -1  # number of the last output period that an estimate was given out in
-        self._fused_s = 0.0  # when a sample was last fused
+        self._turns = Turns(settings.output.rate_hz)
 
     @classmethod
     def from_settings(cls, settings: Settings) -> Self:
@@ -90,9 +86,7 @@ class Pipeline:
         """
         if samples is None:
             samples = self.decoder.decode_block(block)
-        rate_hz, waits = self.settings.output.rate_hz, self.estimator.waits
-        gone_s = (self._taken_s, self._latest_s)
-        stretches = Stretches(block, samples, *gone_s, self._begun_s, rate_hz=rate_hz, waits=waits)
+        stretches = Stretches(block, samples, self._turns, waits=self.estimator.waits)
         passage: Passage | None = None
         frame = place = 0  # the next frame with samples, and the place of what follows the one before
         count = len(stretches.places)
@@ -100,8 +94,7 @@ class Pipeline:
             end = frame
             if not stretches.abrupt[frame]:
                 passage = passage or self.decoder.passage(samples, frame)
-                end = stretches.end(frame, self._observed_turn, self._given_turn, self._fused_s)
-                end = passage.quiet_until(frame, end)
+                end = passage.quiet_until(frame, stretches.end(frame))
             if end == frame:
                 if passage is not None:
                     passage.settle(frame - 1)
@@ -131,7 +124,7 @@ class Pipeline:
     def _pass_over(self, block: FrameBlock, begin: int, end: int) -> Iterator[Outputs]:
         """Take frames without samples, which are counted already; a step is due where time alone says so."""
         while begin < end:
-            passed_s = block.time_s[begin:end] - self._taken_s
+            passed_s = block.time_s[begin:end] - self._turns.taken_s
             due = np.flatnonzero((passed_s < 0.0) | (passed_s >= OBSERVATION_PERIOD_S))
             stop = begin + int(due[0]) if len(due) else end
             self._hear(block, begin, stop)
@@ -153,11 +146,11 @@ class Pipeline:
 
     def _step(self, frame: Frame, samples: list[Sample]) -> Outputs:
         time_s = frame.time_s
-        passed_s = time_s - self._taken_s
+        passed_s = time_s - self._turns.taken_s
         if not samples and 0.0 <= passed_s < OBSERVATION_PERIOD_S:
             self._bus_watch.see(frame)
             return NOTHING
-        missed = self._bridge(time_s) if passed_s > BLIND_S and self._begun_s is not None else NOTHING
+        missed = self._bridge(time_s) if passed_s > BLIND_S and self._turns.have_begun else NOTHING
         self._bus_watch.see(frame)
         outputs = self._take(samples, time_s)
         if missed is NOTHING:
@@ -171,18 +164,12 @@ class Pipeline:
     @property
     def due_s(self) -> float:
         """Before which time of capture no frame makes anything due: an estimate to give out, or rules to judge."""
-        rate_hz = self.settings.output.rate_hz
-        due_s = self._taken_s
-        if self._begun_s is not None and rate_hz > 0.0:
-            due_s = self._begun_s + min(
-                (self._observed_turn + 1) * OBSERVATION_PERIOD_S, (self._given_turn + 1) / rate_hz
-            )
-        return due_s + self.estimator.clock_ahead_s
+        return self._turns.due_s + self.estimator.clock_ahead_s
 
     @property
     def newest_reading_s(self) -> float | None:
         """When the newest reading was captured that the estimate contains; None before the first."""
-        return self._fused_s + self.estimator.clock_ahead_s if isfinite(self.estimator.time_s) else None
+        return self._turns.fused_s + self.estimator.clock_ahead_s if isfinite(self.estimator.time_s) else None
 
     def clock_set(self, by_s: float) -> None:
         """The clock that stamps frames was set ahead by so much, or back: what seems to be a gap is none.
@@ -228,7 +215,7 @@ class Pipeline:
         """Let the rules see the silence before a frame, as they do when a daemon tells of it meanwhile."""
         alarms: list[Alarm] = []
         applications: list[ApplicationRecord] = []
-        from_s = self._taken_s
+        from_s = self._turns.taken_s
         if time_s - from_s > YEAR_S:
             return NOTHING
         for k in range(1, int(min(time_s - from_s, LONGEST_SILENCE_S) / OBSERVATION_PERIOD_S)):
@@ -270,36 +257,27 @@ class Pipeline:
         fused_s = float(samples.time_s[fused])
         if fused >= samples.places(end - 1, end)[0]:
             return fused_s
-        self._fused_s = fused_s
+        self._turns.fused_s = fused_s
         return None
 
     def _go_on(self, fused_s: float | None, time_s: float, *, gives_estimate: bool = True) -> Outputs:
         """Let time go on and give out what is due; `fused_s` as `_fuse` gives it, of the samples of `time_s`."""
-        self._taken_s = time_s
-        if self._begun_s is None:
-            self._begun_s = self._fused_s = time_s
-        fused = fused_s is not None
-        if fused_s is not None:
-            self._fused_s = fused_s
-        blind = abs(time_s - self._fused_s) > BLIND_S  # a clock that was set back does not undo a silence
-        if not (fused or blind):
+        turns, is_fused = self._turns, fused_s is not None
+        turns.go_on(time_s, fused_s)
+        is_blind = turns.is_blind
+        if not (is_fused or is_blind):
             return NOTHING
-        if 0.0 < self._latest_s - time_s <= MOST_LATE_S:  # a frame that came late: no period begins again for it
-            time_s = self._latest_s
-        self._latest_s = time_s
-        wanted = gives_estimate and self._is_due(fused, time_s - self._begun_s)
-        turn = floor((time_s - self._begun_s) / OBSERVATION_PERIOD_S)
-        if not wanted and turn == self._observed_turn:
+        time_s = turns.come_to(time_s)
+        is_wanted = gives_estimate and turns.give(is_fused)
+        is_looked_at = turns.look()
+        if not (is_wanted or is_looked_at):
             return NOTHING
-        until_s = self.estimator.catch_up(time_s) if blind else None
-        if blind and self.shadow is not None:
+        until_s = self.estimator.catch_up(time_s) if is_blind else None
+        if is_blind and self.shadow is not None:
             self.shadow.catch_up(time_s)
         estimate = self.taker.estimate(until_s)
-        observed = NOTHING
-        if turn != self._observed_turn:
-            self._observed_turn = turn
-            observed = self._observe(estimate, time_s)
-        if not wanted:
+        observed = self._observe(estimate, time_s) if is_looked_at else NOTHING
+        if not is_wanted:
             return observed
         given = qualified(estimate, self.monitor.misled_by | self._input_judge.misled_by)
         return Outputs(given.by_the_clock, observed.alarms, observed.applications)
@@ -327,13 +305,3 @@ class Pipeline:
                     each.disbelieve(disbelieved)
                     each.know_idle(idle)
         return Outputs(None, self.monitor.see(seen), applications)
-
-    def _is_due(self, fused: bool, elapsed_s: float) -> bool:
-        """The first chance in each output period; at rate 0 every fused frame, and one a second when blind."""
-        rate_hz = self.settings.output.rate_hz
-        if rate_hz == 0.0 and fused:
-            return True
-        turn = floor(elapsed_s * (rate_hz or 1.0))
-        is_new = turn != self._given_turn
-        self._given_turn = turn
-        return is_new

@@ -9,50 +9,37 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.frame import MOST_LATE_S
 from brake_monitor.frame_block import FrameBlock
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
+from brake_monitor.processing.turns import BLIND_S, Turns
 from brake_monitor.samples import MEASURED
-
-BLIND_S = 0.5  # an estimate without any reading for longer says so
 
 
 class Stretches:
-    """The frames with samples of a block, numbered from 0, and between which of them something is due.
+    """The frames with samples of a block, numbered from 0, and between which of them something is due."""
 
-    A turn is the number of a period since `begun_s`: of the rules' observations, or of estimates given out.
-    """
+    def __init__(self, block: FrameBlock, samples: SampleBlock, turns: Turns, *, waits: bool) -> None:
+        """`turns` are those of the pipeline, which go on as the block is taken.
 
-    def __init__(
-        self,
-        block: FrameBlock,
-        samples: SampleBlock,
-        taken_s: float,
-        latest_s: float,
-        begun_s: float | None,
-        *,
-        rate_hz: float,
-        waits: bool,
-    ) -> None:
-        """`taken_s`: when time last went on before the block, and `latest_s` how far it had gone, late frames apart.
-
-        `begun_s`: from when periods count, None: from here.
         `waits`: samples wait for others, so that any frame may be the one with which a reading is fused.
         """
+        self._turns = turns
         self.places: list[int] = samples.frames.tolist()  # in the block
         self.times_s = samples.listed_frame_times_s
         time_s, count = samples.frame_times_s, len(samples.frames)
         number = np.searchsorted(samples.frames, np.arange(len(block)))  # of the next frame with samples
-        is_due = _due_by_time(block, samples, number, taken_s)
+        is_due = _due_by_time(block, samples, number, turns.taken_s)
         self.abrupt = np.zeros(count + 1, dtype=np.bool_)  # time alone makes a step due at the frame or just before it
         self.abrupt[number[is_due]] = True
-        if begun_s is None:
+        begun_s = turns.begun_s
+        if not turns.have_begun:
             is_due[samples.frames[:1]] = True
             begun_s = float(min(block.time_s[is_due][:1], default=0.0))
-        since_s = _late_ones_apart(time_s, latest_s) - begun_s
-        self._observed_turn = np.floor(since_s / OBSERVATION_PERIOD_S)
-        self._given_turn = np.floor(since_s * (rate_hz or 1.0))
+        since_s = _late_ones_apart(time_s, turns.latest_s) - begun_s
+        self._observed = np.floor(since_s / OBSERVATION_PERIOD_S)
+        self._given = np.floor(since_s * (turns.rate_hz or 1.0))
         goes_back = np.diff(time_s, prepend=time_s[:1]) < 0.0
-        ends = self.abrupt[:-1] | goes_back | (rate_hz == 0.0)
+        ends = self.abrupt[:-1] | goes_back | (turns.rate_hz == 0.0)
         self._can_be_last = ~ends
-        for turn in (self._observed_turn, self._given_turn):
+        for turn in (self._observed, self._given):
             ends |= np.diff(turn, prepend=turn[:1]) != 0.0
         self._ends: list[int] = [*np.flatnonzero(ends).tolist(), count]
         tells = np.array([channel.quantity in MEASURED for channel in samples.channels], dtype=np.bool_)
@@ -60,13 +47,11 @@ class Stretches:
         measures[number[samples.frame[tells[samples.channel]]]] = True
         self._measuring: list[int] = [*np.flatnonzero(measures).tolist(), count]
 
-    def end(self, frame: int, observed_turn: int, given_turn: int, fused_s: float) -> int:
-        """Before which frame to stop when going on at this one: after the first at which anything may be due.
-
-        The turns are those that something was last given out in; `fused_s` is when a sample was last fused.
-        """
+    def end(self, frame: int) -> int:
+        """Before which frame to stop when going on at this one: after the first at which anything may be due."""
+        turns, fused_s = self._turns, self._turns.fused_s
         end = self._ends[bisect_right(self._ends, frame)]
-        if self._observed_turn[frame] != observed_turn or self._given_turn[frame] != given_turn:
+        if self._observed[frame] != turns.observed or self._given[frame] != turns.given:
             stop = self._given_out_by(frame, end)
         elif end < len(self.places) and self._can_be_last[end]:
             stop = self._given_out_by(end, self._ends[bisect_right(self._ends, end)])
