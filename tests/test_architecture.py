@@ -131,7 +131,7 @@ LAYERS = {
     "storage": Layer(
         within(
             "storage",
-            "store_schema store_batch plausible_brakes store store_outbox evidence memory_directory "
+            "store_schema store_file store_batch plausible_brakes store store_outbox evidence memory_directory "
             "memory_handover memory_writer memory",
         ),
         "words host settings estimation monitoring processing bus",
@@ -190,7 +190,7 @@ CAPABILITIES = {
     "cantools": "decoding.raw_number decoding.signal_field decoding.dbc decoding.matching decoding.routing "
     "simulator.can_encoder",
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.watch",
-    "sqlite3": "storage.store",
+    "sqlite3": "storage.store_file",
     "prometheus_client": "publishing.open_metrics",
     "rich": "desk.progress desk.*_panel commands.watch",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",

@@ -24,7 +24,8 @@ from brake_monitor.settings.example_vehicles import example_config
 from brake_monitor.storage import memory_writer
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME
-from brake_monitor.storage.store import Store, StoreError
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_file import StoreError
 from brake_states import WHEELSETS, batch
 from program import until
 

@@ -25,8 +25,9 @@ from brake_monitor.storage import memory_handover
 from brake_monitor.storage.evidence import SUFFIXES, Evidence, EvidenceFolder
 from brake_monitor.storage.memory import EVIDENCE_FOLDER, Memory
 from brake_monitor.storage.memory_directory import FILE_NAME, MemoryDirectory, state_directory
-from brake_monitor.storage.store import Store, StoreError
+from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_batch import Batch
+from brake_monitor.storage.store_file import StoreError
 from brake_states import WHEELSETS, batch, brakes, learned, stop
 from estimates import alarm
 from program import until

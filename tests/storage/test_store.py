@@ -20,10 +20,11 @@ from brake_monitor.monitoring.brake_units.gauge import Gauge
 from brake_monitor.monitoring.brake_units.wear import PadUse
 from brake_monitor.settings.alarm_settings import APPLICATIONS_JUDGED
 from brake_monitor.storage import store as store_module
-from brake_monitor.storage import store_schema
+from brake_monitor.storage import store_file, store_schema
 from brake_monitor.storage.plausible_brakes import why_impossible
-from brake_monitor.storage.store import RefusedError, Store, StoreError, log_of
+from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_batch import Batch, GaugeMark
+from brake_monitor.storage.store_file import RefusedError, StoreError, log_of
 from brake_states import WHEELSETS, batch, brakes, learned, pads, stop
 from estimates import alarm
 from killed_writer import look
@@ -258,7 +259,7 @@ def test_what_cannot_be_is_refused_also_where_it_is_only_looked_at(path: Path, n
 
 def test_a_file_that_another_process_holds_is_named(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written(path, 1)
-    monkeypatch.setattr(store_module, "BUSY_S", 0.0)
+    monkeypatch.setattr(store_file, "BUSY_S", 0.0)
     with closing(sqlite3.connect(path, isolation_level=None)) as other, Store.look(path, "w", "rw") as store:
         other.execute("BEGIN IMMEDIATE")
         with pytest.raises(StoreError) as told:
@@ -292,7 +293,7 @@ def test_numbers_that_cannot_be_are_told() -> None:
 def test_a_file_of_an_earlier_version_is_brought_up_to_date(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written(path, 1, 2)
     newer = (*store_schema.VERSIONS, ("ALTER TABLE stops ADD COLUMN place TEXT", "CREATE TABLE more (x)"))
-    monkeypatch.setattr(store_module, "VERSIONS", newer)
+    monkeypatch.setattr(store_file, "VERSIONS", newer)
     with pytest.raises(RefusedError, match=r"version 1 of the memory, this program knows 2"):
         Store.look(path, "w")
     assert look(path) == 2
@@ -305,7 +306,7 @@ def test_a_file_of_an_earlier_version_is_brought_up_to_date(path: Path, monkeypa
 def test_a_migration_that_fails_leaves_the_file_as_it_was(path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     written(path, 1, 2)
     newer = (*store_schema.VERSIONS, ("CREATE TABLE more (x)", "CREATE TABLE stops (y)"))
-    monkeypatch.setattr(store_module, "VERSIONS", newer)
+    monkeypatch.setattr(store_file, "VERSIONS", newer)
     with pytest.raises(RefusedError, match="already exists"):
         opened(path)
     monkeypatch.undo()

@@ -7,7 +7,8 @@ import pytest
 
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.processing.pipeline import Outputs
-from brake_monitor.storage.store import Store, log_of
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_file import log_of
 from brake_monitor.storage.store_outbox import StoreOutbox
 from estimates import alarm
 from network import running, session

@@ -11,7 +11,8 @@ from tempfile import TemporaryDirectory
 from brake_monitor.errors import WorkError
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.config import Settings
-from brake_monitor.storage.store import RefusedError, Store, StoreError, log_of
+from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_file import RefusedError, StoreError, log_of
 
 REFUSED_KEPT = 5
 FILE_NAME = "memory.db"

@@ -10,8 +10,9 @@ from brake_monitor.processing.remembered import Remembered
 from brake_monitor.storage.evidence import EvidenceFolder
 from brake_monitor.storage.memory_directory import MemoryDirectory
 from brake_monitor.storage.memory_handover import MemoryHandover
-from brake_monitor.storage.store import RefusedError, Store, StoreError
+from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_batch import Batch, GaugeMark
+from brake_monitor.storage.store_file import RefusedError, StoreError
 
 TURN_S = 0.5
 RETRY_S = 1.0
