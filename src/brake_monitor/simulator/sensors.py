@@ -10,8 +10,6 @@ from brake_monitor.simulator.trace import Trace
 
 ORIGIN_LATITUDE_DEG = 52.0
 ORIGIN_LONGITUDE_DEG = 10.0
-WAGON_COLUMN = {"speed": "speed_mps", "sanding": "sanding", "gradient": "gradient"}
-WHEELSET_COLUMN = {"axle_speed": "omega_radps", "wheel_torque": "motor_torque_nm"}
 METRES_PER_DEGREE = 111_320.0  # the track runs due north
 
 
@@ -36,20 +34,28 @@ class Sensors:
     def _column(self, quantity: str, place: int, places: int) -> Floats:
         """The quantity at every step of the trace."""
         trace = self._trace
-        if quantity in WAGON_COLUMN:
-            return trace.wagon(WAGON_COLUMN[quantity])
-        if quantity in WHEELSET_COLUMN:
-            column = trace.wheelset(place, WHEELSET_COLUMN[quantity])
-            return self._by_pole_wheel(place, column) if quantity == "axle_speed" else column
         match quantity:
+            case "speed":
+                column = trace.wagon("speed_mps")
+            case "axle_speed":
+                column = self._by_pole_wheel(place, trace.wheelset(place, "omega_radps"))
             case "pressing_force":
-                return self._force(place)
+                column = self._force(place)
             case "wsp_active":
-                return self._wsp_active(place, places)
+                column = self._wsp_active(place, places)
+            case "sanding" | "gradient":
+                column = trace.wagon(quantity)
+            case "load_force":
+                column = np.full(len(trace.values), self._weight_n / places)
+            case "wheel_torque":
+                column = trace.wheelset(place, "motor_torque_nm")
             case "latitude":
-                return ORIGIN_LATITUDE_DEG + trace.wagon("position_m") / METRES_PER_DEGREE
-        constants = {"load_force": self._weight_n / places, "longitude": ORIGIN_LONGITUDE_DEG}
-        return np.full(len(trace.values), constants[quantity])
+                column = ORIGIN_LATITUDE_DEG + trace.wagon("position_m") / METRES_PER_DEGREE
+            case "longitude":
+                column = np.full(len(trace.values), ORIGIN_LONGITUDE_DEG)
+            case _:
+                raise ValueError(f"no sensor of the plant tells {quantity}")
+        return column
 
     def _by_pole_wheel(self, wheelset: int, speed_radps: Floats) -> Floats:
         """Teeth that are farther out pass more quickly, once a revolution; each pole wheel stands as it happens to."""
