@@ -5,9 +5,10 @@ from collections.abc import Callable
 import pytest
 
 from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.core.core import TELLS
 from brake_monitor.estimation.doubts.force_gate import ALIVE_S, DEAD_S
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.known_inputs import RELEASED_N
+from brake_monitor.estimation.known_inputs import RELEASED_N, KnownInputs
 from brake_monitor.samples import InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.example_vehicles import example_settings
 
@@ -123,3 +124,15 @@ def test_one_that_it_pressed_with_lately_may_be_back_at_once() -> None:
     told = Told(lambda time_s: 80e3 if abs(time_s - FAILS_S) > ALIVE_S else 0.0, held(0.0))
     assert told.since(0.0) == {GOOD}
     assert told.used_n(FAILS_S + ALIVE_S + 2.0 * PERIOD_S) == {80e3}
+
+
+@pytest.mark.parametrize("quantity", [quantity for quantity in Quantity if quantity not in TELLS])
+def test_what_tells_the_filter_nothing_is_noted_and_forgotten_once_it_is_lost(quantity: Quantity) -> None:
+    settings = example_settings("wagon")
+    channels = SignalDecoder.from_settings(settings).channels
+    known = KnownInputs(Estimator(settings.vehicle, settings.estimator, channels).core)
+    untold = repr(vars(known))
+    known.take(0, Sample(0.0, quantity, 0, 1.0, Quality.GOOD))
+    assert repr(vars(known)) != untold
+    known.lose(Sample(1.0, quantity, 0, 1.0, Quality.STALE))
+    assert repr(vars(known)) == untold
