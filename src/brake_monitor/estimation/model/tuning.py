@@ -31,18 +31,18 @@ class Tuning(Struct, frozen=True):
     friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what friction learned may have been the gradient
     deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
     friction_own_std: float  # how far one brake unit's friction lies from the others' at first: 3 %
-    adhesion_std: float = 0.05
-    deceleration_std: float = 0.1  # m/s², about a 10 per mille gradient
-    converged_adhesion_std: float = 0.02  # below it an estimate is `valid`
-    converged_friction_std: float = 0.045
-    adhesion_decay: float = 1e-4  # (s/m)²/s of adhesion with slip speed, while wheelsets slide
-    adhesion_decay_std: float = 0.15  # s/m; Polach (2005): 0.1 to 0.4 at first, less the faster a wheelset slips
-    uptake: float = 0.005  # 1/s, of the shares C_k of a changing brake torque that the rail takes up, in slides
-    uptake_std: float = 0.3  # ... at first, about:
-    first_uptake: tuple[float, float, float] = (0.8, 0.35, 0.0)  # before any slide: most creep curves peak at 2 to 6 %
-    force_effect_std: float = 0.0  # of E, see `wagon`
-    speed_lag_std: float = 0.0  # s, by how much readings of the vehicle's speed may come late, or the forces
-    torque_error_std: float = 0.05  # of K: drives estimate their torque, mostly without a sensor, to a few per cent
+    adhesion_std: float
+    deceleration_std: float  # m/s²
+    converged_adhesion_std: float  # below it an estimate is `valid`
+    converged_friction_std: float
+    adhesion_decay: float  # (s/m)²/s of adhesion with slip speed, while wheelsets slide
+    adhesion_decay_std: float  # s/m
+    uptake: float  # 1/s, of the shares C_k of a changing brake torque that the rail takes up, in slides
+    uptake_std: float  # ... at first, about:
+    first_uptake: tuple[float, float, float]  # before any slide
+    force_effect_std: float  # of E, see `wagon`
+    speed_lag_std: float  # s, by how much readings of the vehicle's speed may come late, or the forces
+    torque_error_std: float  # of K
     literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
     omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
     speed_variance: float | None = None  # R_22 of (20) in (m/s)²
@@ -81,27 +81,32 @@ WAGON = Tuning(
     friction_doubted=1e-2,
     deceleration_onset_std=0.0,
     friction_own_std=0.011,
+    adhesion_std=0.05,
+    deceleration_std=0.1,  # about a 10 per mille gradient
+    converged_adhesion_std=0.02,
+    converged_friction_std=0.045,
+    adhesion_decay=1e-4,
+    adhesion_decay_std=0.15,  # Polach (2005): 0.1 to 0.4 at first, less the faster a wheelset slips
+    uptake=0.005,
+    uptake_std=0.3,
+    first_uptake=(0.8, 0.35, 0.0),  # most creep curves peak at 2 to 6 %
     force_effect_std=0.05,  # with q of 0.25, full braking, organic pads rub 5 to 10 % less than with none
     speed_lag_std=0.09,
+    torque_error_std=0.05,  # drives estimate their torque, mostly without a sensor, to a few per cent
 )
 
-TRAIN = Tuning(
-    omega=2e-4,
-    speed=1e-6,
+TRAIN = replace(  # what differs there
+    WAGON,
     friction=5e-6,
-    friction_own=5e-7,
-    adhesion=5e-6,
-    adhesion_own=3e-6,
     adhesion_sliding=2e-3,
     deceleration=3e-2,
     deceleration_braking=2e-1,
     deceleration_sliding=2.0,  # the train takes up what slide protection does to the own brakes, at once
     deceleration_per_metre=0.0,
-    deceleration_doubted=0.05,
     friction_doubted=0.0,
     deceleration_onset_std=0.5,
-    friction_own_std=0.011,
     first_uptake=(0.1, 0.0, 0.0),  # as past the peak: in a train slides tell so little of C_k that they stay at that
+    force_effect_std=0.0,
     speed_lag_std=0.07,
 )
 
@@ -121,13 +126,18 @@ RIG = Tuning(
     friction_doubted=0.0,
     deceleration_onset_std=0.0,
     friction_own_std=0.0,
+    adhesion_std=0.05,
     deceleration_std=0.0,
+    converged_adhesion_std=inf,  # the paper's covariances say nothing about the error
+    converged_friction_std=inf,
     adhesion_decay=0.0,  # nor a decay
     adhesion_decay_std=0.0,
     uptake=0.0,  # nor a rail that takes up shares
     uptake_std=0.0,
-    converged_adhesion_std=inf,  # the paper's covariances say nothing about the error
-    converged_friction_std=inf,
+    first_uptake=WAGON.first_uptake,
+    force_effect_std=0.0,
+    speed_lag_std=0.0,
+    torque_error_std=0.05,  # K is no state
     literal=True,
     omega_variance=1e-9,  # R_11
     speed_variance=1e-7,  # R_22
