@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from brake_monitor.estimation.model.load_distribution import spread_over
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon
 from brake_monitor.settings.config import Vehicle
+from brake_monitor.settings.example_vehicles import example_settings
 from wagons import AXLES, make_wagon
 
 
@@ -240,3 +241,9 @@ def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:
     moving = [0, 1, 2]
     assert wagon.jacobian(x, u)[moving] == pytest.approx(expected, rel=1e-9, abs=1e-9)
     assert not np.delete(wagon.jacobian(x, u), moving, axis=0).any()
+
+
+@pytest.mark.parametrize("speed_mps", [0.0, 12.0, 55.0])
+def test_what_resists_the_wagon_is_the_same_to_the_filter_and_to_the_alarms(speed_mps: float) -> None:
+    vehicle = example_settings("wagon").vehicle
+    assert Wagon.from_vehicle(vehicle).resistance_n(speed_mps) == pytest.approx(vehicle.resistance_n(speed_mps))
