@@ -93,12 +93,13 @@ def state(judge: InputJudge) -> str:
     """All that the watches know."""
     if judge._block_watch is not None:
         judge._block_watch.settle()
-    others = {"_vehicle_speed", "_protection", "holding", "falls", "bursts", "descent", "odd"}
+    others = {"_vehicle_speed", "_protection", "holding", "falls", "bursts", "descent", "turning"}
     wheels = [
         (
             {name: value for name, value in vars(wheel).items() if name not in others},
             vars(wheel.holding),
-            vars(wheel.odd),
+            {name: value for name, value in vars(wheel.turning).items() if not hasattr(value, "__dict__")},
+            vars(wheel.turning.odd),
         )
         for wheel in judge._wheels.wheels
     ]

@@ -4,12 +4,12 @@ from collections.abc import Sequence
 from math import inf
 
 from brake_monitor.monitoring.inputs.speed_scale import SpeedScale
+from brake_monitor.monitoring.inputs.turning import WATCHED_FROM_MPS
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wagon_past import WAIT_S, WagonPast
 from brake_monitor.monitoring.inputs.watched_wheelset import (
     CUTS_OUT_BELOW_MPS,
     NOT_TURNED,
-    WATCHED_FROM_MPS,
     Origin,
     WatchedWheelset,
 )
@@ -66,7 +66,7 @@ class SpeedDoubt:
             return False
         rolling_mps = sorted(wheel.rolling_mps for wheel in told)
         together = rolling_mps[-1] - rolling_mps[0] < DIFFERS * rolling_mps[-1] + DIFFERS_MPS
-        is_odd = self._speed.jumped or left_all or (several and all(wheel.odd.is_on for wheel in told))
+        is_odd = self._speed.jumped or left_all or (several and all(wheel.turning.odd.is_on for wheel in told))
         return (together and is_odd) or self._cannot_all_stand(time_s, speed_mps, told)
 
     def _cannot_all_stand(self, time_s: float, speed_mps: float, told: Sequence[WatchedWheelset]) -> bool:
@@ -94,7 +94,8 @@ def _have_all_been_left(wheels: Sequence[WatchedWheelset], speed_mps: float) -> 
 
     One of them then turns as nothing can make it turn, and none as it rolled before.
     """
-    return any(wheel.odd.is_on for wheel in wheels) and all(wheel.was_left_by(speed_mps) for wheel in wheels)
+    is_odd = any(wheel.turning.odd.is_on for wheel in wheels)
+    return is_odd and all(wheel.turning.was_left_by(speed_mps, wheel.rolling_mps) for wheel in wheels)
 
 
 def _agree(rolling_mps: float, speed_mps: float) -> bool:

@@ -1,4 +1,4 @@
-"""One wheelset's readings: whether it turns, how it last came to stop, and whether it turns as nothing can make it.
+"""One wheelset's readings: whether it turns, and how it last came to stop.
 
 A wheelset that is stopped while the wagon moves is the gravest thing there is to see, and a wheel-speed sensor that
 has died reads the same. How it came to stop tells most of it: brake torque takes some tenths of a second to stop a
@@ -9,13 +9,11 @@ slowly and evenly has mass, whatever its brake says (`Descent`).
 from enum import StrEnum
 from math import inf
 
-from brake_monitor.estimation.brake_work import SLIDING_SLIP
-from brake_monitor.estimation.estimate import Estimate, WheelsetEstimate
 from brake_monitor.monitoring.inputs.descent import ROLLS, STANDS, WHOLE, Descent
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
-from brake_monitor.monitoring.inputs.odd_turning import UNSEEN_SLIP, OddTurning
 from brake_monitor.monitoring.inputs.speed_bursts import SpeedBursts
 from brake_monitor.monitoring.inputs.speed_falls import SpeedFalls
+from brake_monitor.monitoring.inputs.turning import WATCHED_FROM_MPS, Turning
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.settings.bounds import LARGEST_FRICTION
@@ -24,18 +22,11 @@ from brake_monitor.settings.config import Vehicle
 TOLD_S = 2.0  # a speed of the vehicle that is older says nothing of a wheelset
 TURNS = 0.5  # circumferential over vehicle speed: from here on a wheelset turns beyond doubt
 TURNS_AGAIN = 0.2
-WATCHED_FROM_MPS = 1.39  # 5 km/h, below it speed sensors cut out ...
-CUTS_OUT_BELOW_MPS = 3.0  # ... and some sooner
+CUTS_OUT_BELOW_MPS = 3.0  # below WATCHED_FROM_MPS speed sensors cut out, and some sooner
 STANDSTILL_MPS = 0.5
 FORCE_DOUBT = 1.5  # of the torque that stopped it: calibration of the force, lag, inertia
 UNTOLD_N = 30e3  # a brake may press with as much whatever its sensor says
 SHORTEST_FALL_S = 0.05  # frames may be bunched, so a fall is not taken for quicker
-SLIDING_MPS = 0.5  # below it a speed sensor that lags looks the same
-SLIDES_IN_A_ROW = 3  # observations; noise alone does not slide as long
-FALL_BEFORE_S = 1.0  # before its slip shows
-FAR_MPS = 2.5  # more than a vehicle speed that lags by 1.5 s makes up
-ROLLING_SLIP = 0.03
-RELEASED_S = 3.0  # after the last braking or driving a wheelset may still slide or spin for so long
 
 
 class Origin(StrEnum):
@@ -62,12 +53,9 @@ class WatchedWheelset:
         self.falls = SpeedFalls()
         self.bursts = SpeedBursts()
         self.descent = Descent()
+        self.turning = Turning(self.holding, self.falls, self.bursts)
         self.hardest_mps2 = self._stop_radps2_per_n * UNTOLD_N * self.radius_m  # by which any brake may slow it down
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
-        self._has_rolled = False
-        self._slides = 0  # observations in a row
-        self._rolled_s = -inf
-        self.odd = OddTurning()
         self._wagon_stood = False
         self.rolling_mps = 0.0
         self.stands_since_s = inf
@@ -123,10 +111,6 @@ class WatchedWheelset:
             return self.origin is Origin.STOOD  # as the wagon departs it begins to tell as late
         return self._turned[1] * self.radius_m < CUTS_OUT_BELOW_MPS
 
-    def was_left_by(self, speed_mps: float) -> bool:
-        """Whether it rolled with the vehicle, and does not by what the vehicle's speed says now."""
-        return self._has_rolled and abs(self.rolling_mps - speed_mps) > UNSEEN_SLIP * speed_mps
-
     def turns_within_s(self, speed_mps: float) -> float:
         """How long a rail that gives hardly anything, of it half in a slide, takes to turn it once nothing holds it."""
         return 2.0 * self._inertia_kgm2 * TURNS_AGAIN * speed_mps / self.radius_m / self.holding.rail_nm
@@ -142,37 +126,10 @@ class WatchedWheelset:
         self.rolling_mps = rolling_mps
         self._stand()
 
-    def judge_turning(self, now: Estimate, own: WheelsetEstimate, *, demanded: bool, any_rolls: bool) -> WheelState:
-        """What a wheelset that turns does; `any_rolls`: any wheelset of the wagon rolls."""
-        slip, speed_mps = own.slip, now.speed_mps
-        if self._see_oddness(now, demanded=demanded) or self.bursts.is_on(now.time_s):
-            self._slides = 0
-            return WheelState.CONTRADICTED
-        if abs(slip) < ROLLING_SLIP and speed_mps > WATCHED_FROM_MPS:
-            self._has_rolled, self._rolled_s = True, now.time_s
-        needed = ROLLING_SLIP if own.wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
-        slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
-        slides = slides and (any_rolls or self._may_slide(slip * speed_mps))
-        self._slides = self._slides + 1 if slides else 0
-        if self._slides >= SLIDES_IN_A_ROW:
-            return WheelState.SLIDING
-        is_protected = demanded and own.is_protected and self._has_rolled
-        return WheelState.PROTECTED if is_protected else WheelState.ROLLING
-
     def _stand(self) -> None:
         self._wagon_stood = True
         if self.decided is None:
             self.stands_since_s = inf
-
-    def _may_slide(self, slip_mps: float) -> bool:
-        """Whether it is not the vehicle's speed that lags behind its wheelsets', which all slow down as it does."""
-        return not self._has_rolled or slip_mps > FAR_MPS or self.falls.fell_s > self._rolled_s - FALL_BEFORE_S
-
-    def _see_oddness(self, now: Estimate, *, demanded: bool) -> bool:
-        """Whether its readings say that it turns as nothing can make it turn."""
-        slip = 1.0 - self.rolling_mps / max(now.speed_mps, WATCHED_FROM_MPS)
-        is_driven = abs(now.time_s - self.holding.driven_s) < RELEASED_S  # a delay_s makes the estimate's time earlier
-        return self.odd.see(now.time_s, slip, now.speed_mps, is_moved=is_driven if slip < 0.0 else demanded)
 
     def _how(self, time_s: float, omega_radps: float) -> Origin:
         if self._wagon_stood:

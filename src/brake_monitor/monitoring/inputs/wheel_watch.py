@@ -13,14 +13,12 @@ from math import inf
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.speed_doubt import SpeedDoubt
+from brake_monitor.monitoring.inputs.turning import RELEASED_S, ROLLING_SLIP, WATCHED_FROM_MPS
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wagon_past import DRAG_MPS2, WAIT_S, WagonPast
 from brake_monitor.monitoring.inputs.watched_wheelset import (
     CUTS_OUT_BELOW_MPS,
     NOT_TURNED,
-    RELEASED_S,
-    ROLLING_SLIP,
-    WATCHED_FROM_MPS,
     Origin,
     WatchedWheelset,
 )
@@ -73,7 +71,8 @@ class WheelWatch:
             elif wheel.stands_since_s < inf:
                 states.append(self._judge_standing(wheel, now))
             else:
-                states.append(wheel.judge_turning(now, now.wheelsets[i], demanded=demanded, any_rolls=True in rolls))
+                turning, own = wheel.turning, now.wheelsets[i]
+                states.append(turning.judge(now, own, wheel.rolling_mps, demanded=demanded, any_rolls=True in rolls))
         return tuple(states)
 
     @property
