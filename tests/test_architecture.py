@@ -103,6 +103,7 @@ LAYERS = {
             "inputs.lone_inputs inputs.frozen_forces inputs.dead_forces inputs.scatter_watch inputs.block_watch "
             "inputs.input_judge bus_watch observation rule alarm_cycle rules rules.earlier_count "
             "rules.slippery_stretch rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
+            "rules.bus_pace "
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.agreed_shares rules.told_apart "
             "rules.per_application rules.participation rules.pulled_braked rules.turns rules.rolled_way "
             "rules.block_means rules.hidden_drag rules.lasting_creep rules.dragging_brake rules.brake_not_applied "

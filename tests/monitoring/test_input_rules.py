@@ -145,6 +145,27 @@ def test_what_is_lost_on_a_bus_that_is_silent_now_is_not_told_of(silent_s: float
     assert not any(isinstance(verdict, Finding) for verdict in lost_on_a_bus(0.1, is_off=True))
 
 
+@pytest.mark.parametrize("period_s", [0.6, 1.0, 2.0])
+def test_what_is_lost_is_told_of_though_one_slow_sender_is_all_that_is_left_on_the_bus(period_s: float) -> None:
+    """All that is sent often is gone; a load goes on. And then it is gone, too: the bus is to blame from then on."""
+    rule = InputLost(AlarmSettings().input_lost, 1)
+    told = []
+    for k in range(301):
+        time_s = 0.1 * k
+        ends_s = min(time_s, 20.0)  # of the load
+        heard_s = time_s if time_s <= 5.0 else 5.0 + period_s * ((ends_s - 5.0 + 1e-9) // period_s)
+        inputs = (
+            report(Quantity.SPEED, 0, "GNSS.v", LOST if time_s > 5.2 else GOOD, bus=BUS.name),
+            report(Quantity.LOAD_FORCE, 0, "BCU.load", LOST if time_s > 20.0 + 3.0 * period_s else GOOD, bus=BUS.name),
+        )
+        buses = (BusReport(BUS.name, time_s - heard_s, 0, False, 0.2),)
+        told.append(rule.judge(observation(estimate(time_s=time_s), inputs, buses))[0])
+    found = [isinstance(verdict, Finding) for verdict in told]
+    assert not any(found[:54])
+    assert all(found[round(10.0 * (5.0 + 2.2 * period_s)) : 200])
+    assert all(verdict is UNKNOWN for verdict in told[round(10.0 * (20.2 + 2.5 * period_s)) :])
+
+
 def verdict_beside_a_silent_bus(speed: InputCondition, force: InputCondition) -> Verdict:
     """The speed of a wheelset was lost while its bus went on; now this is so, and nothing comes from either bus."""
     rule = InputLost(AlarmSettings().input_lost, 1)

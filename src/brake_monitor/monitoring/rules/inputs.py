@@ -5,8 +5,9 @@ from math import inf
 
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.reports import BusReport, InputReport
+from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rules.bus_pace import BusPace, is_quiet
 from brake_monitor.monitoring.rules.losses import Losses
 from brake_monitor.plural import plural
 from brake_monitor.samples import ESSENTIAL, TRAITS, InputCondition, Measurand, Quantity
@@ -31,7 +32,6 @@ TO_CHECK: Mapping[tuple[InputCondition, Quantity], str] = {  # beside sensor and
 CHECK_TIME_OUT = ". Check the contacts, and that timeout_s is longer than it takes from one message to the next"
 NEVER: Mapping[Measurand, int] = {}
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
-BUS_QUIET_S = 0.5  # or as long as its slowest senders may take: when nothing at all arrives, the bus is to blame
 
 
 class InputLost:
@@ -43,6 +43,7 @@ class InputLost:
         self.settings = settings
         self.wheelsets = (None, *range(1, wheelset_count + 1))
         self._all_fine = (FINE,) * len(self.wheelsets)
+        self._pace = BusPace()
         self._losses = Losses(settings.losses_per_minute)
         self._lapsed_s: dict[Measurand, float] = {}  # since when each is lost
         self._unsure: set[str] = set()  # what was found, and has not come since; by its name in the DBC
@@ -52,6 +53,7 @@ class InputLost:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
         self._note_what_comes(seen)
+        heard_s = self._pace.heard_s(seen)
         quiet_since_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if is_quiet(bus)}
         often = self._losses.see(seen, quiet_since_s)
         if not (seen.inputs.not_good or often):
@@ -60,7 +62,6 @@ class InputLost:
         self._unsure &= {report.channel.source for report in seen.inputs.not_good if report.condition in SILENT}
         lost = [r.measurand for r in seen.inputs.not_good if r.condition is InputCondition.LOST]
         self._lapsed_s = {measurand: min(self._lapsed_s.get(measurand, inf), seen.time_s) for measurand in lost}
-        heard_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if not is_quiet(bus)}
         return tuple(self._judge(wheelset, reports_of(wheelset, seen), heard_s, often) for wheelset in self.wheelsets)
 
     def resume(self, _: int, evidence: Values) -> None:
@@ -141,11 +142,6 @@ class InputImplausible:
             too += ", and the gateway that may tell again what it was told last"
         said = f"{what[0].upper()}{what[1:]}: check sensor and wiring{too}."
         return Finding(severity(wrong), said, evidence(wrong), is_all=True)
-
-
-def is_quiet(bus: BusReport) -> bool:
-    """Whether nothing at all arrives on it."""
-    return bus.is_off or bus.silent_s > max(BUS_QUIET_S, bus.expected_within_s)
 
 
 def reports_of(wheelset: int | None, seen: Observation) -> list[InputReport]:
