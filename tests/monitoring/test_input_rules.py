@@ -1,6 +1,7 @@
 """An alarm about inputs says what is wrong now, and no more of what was."""
 
 import pytest
+from msgspec.structs import replace
 
 from brake_monitor.monitoring.alarm import Alarm, Severity
 from brake_monitor.monitoring.monitor import Monitor
@@ -11,6 +12,7 @@ from brake_monitor.monitoring.rules.inputs import InputImplausible, InputLost
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from estimates import estimate, observation, report
+from estimates import wheelset as wheelset_that
 
 LOST, FROZEN, OUT_OF_RANGE = InputCondition.LOST, InputCondition.FROZEN, InputCondition.OUT_OF_RANGE
 AWAITED = InputCondition.AWAITED
@@ -58,6 +60,35 @@ def test_an_alarm_about_one_signal_is_not_kept_up_by_another_that_is_lost() -> N
         ("input_lost", True),
         (raised.kind, False),
     ]
+
+
+@pytest.mark.parametrize(
+    ("quantity", "at_zero", "works"),
+    [
+        (Quantity.AXLE_SPEED, {"omega_radps": 0.0}, {"omega_radps": 20.0}),
+        (Quantity.PRESSING_FORCE, {"pressing_force_n": 0.0}, {"pressing_force_n": 9e3}),
+    ],
+)
+def test_a_sensor_that_was_dead_is_not_known_to_be_cured_while_it_says_0(
+    quantity: Quantity, at_zero: dict[str, float], works: dict[str, float]
+) -> None:
+    """As it does at each standstill and release; and on the morning after a night without the program."""
+    rule = InputImplausible(AlarmSettings().input_implausible, 1)
+    own, other = report(quantity, 0, "A.own", GOOD), report(Quantity.LOAD_FORCE, 0, "A.load", GOOD)
+
+    def verdict(own_is: InputCondition, other_is: InputCondition, wheelset: dict[str, float]) -> Verdict:
+        inputs = (replace(own, condition=own_is), replace(other, condition=other_is))
+        return rule.judge(observation(estimate(wheelsets=(wheelset_that(**wheelset),)), inputs, ()))[1]
+
+    assert verdict(GOOD, GOOD, at_zero) is FINE  # it stands, and nothing was wrong
+    assert isinstance(verdict(InputCondition.CONTRADICTED, GOOD, at_zero), Finding)
+    for other_is in (GOOD, LOST, GOOD):
+        assert verdict(GOOD, other_is, at_zero) is UNKNOWN
+    assert verdict(GOOD, GOOD, works) is FINE
+    assert verdict(GOOD, GOOD, at_zero) is FINE
+    rule.resume(1, {"signals": "A.own"})
+    assert verdict(GOOD, GOOD, at_zero) is UNKNOWN
+    assert verdict(GOOD, GOOD, works) is FINE
 
 
 def test_a_signal_that_is_lost_is_not_known_to_be_cured() -> None:

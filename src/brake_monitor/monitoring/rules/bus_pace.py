@@ -1,4 +1,4 @@
-"""Whether anything at all arrives on a bus: else the bus is to blame, and not the senders of the signals that are lost."""
+"""Whether anything arrives on a bus at all: else the bus is to blame, not the senders of the signals that are lost."""
 
 from collections.abc import Mapping
 

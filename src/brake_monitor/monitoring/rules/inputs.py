@@ -1,6 +1,6 @@
 """Input lost, input implausible: what is wrong is a sensor or its wiring, not the brake."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Set
 from math import inf
 
 from brake_monitor.monitoring.alarm import Severity, Values
@@ -31,6 +31,9 @@ TO_CHECK: Mapping[tuple[InputCondition, Quantity], str] = {  # beside sensor and
 }
 CHECK_TIME_OUT = ". Check the contacts, and that timeout_s is longer than it takes from one message to the next"
 NEVER: Mapping[Measurand, int] = {}
+NONE = frozenset[str]()
+TURNS_RADPS = 1.0  # below it a wheelset stands, or its sensor is dead ...
+PRESSES_N = 500.0  # ... and a brake is released
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
 
 
@@ -106,7 +109,9 @@ class InputLost:
 class InputImplausible:
     """Judges whether what arrives of each mapped signal can be used.
 
-    A lost signal cannot be judged, nor one that has yet to come; that does not keep an alarm about others open.
+    A lost signal cannot be judged, nor one that has yet to come; that does not keep an alarm about others open. Nor is
+    one known to be cured that says 0, as a dead sensor does: a wheel speed until the wheelset turns, a pressing force
+    until the brake presses.
     """
 
     kind = "input_implausible"
@@ -119,22 +124,25 @@ class InputImplausible:
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
-        if not seen.inputs.not_good:
+        at_zero = _at_zero(seen) & self._unsure if self._unsure else NONE
+        if not (seen.inputs.not_good or at_zero):
             self._unsure = set()
             return self._all_fine
-        self._unsure &= {report.channel.source for report in seen.inputs.not_good}
+        self._unsure &= {report.channel.source for report in seen.inputs.not_good} | at_zero
         self._unsure |= {report.channel.source for report in seen.inputs.not_good if report.condition in IMPLAUSIBLE}
-        return tuple(self._judge(wheelset, reports_of(wheelset, seen)) for wheelset in self.wheelsets)
+        return tuple(self._judge(wheelset, reports_of(wheelset, seen), at_zero) for wheelset in self.wheelsets)
 
     def resume(self, _: int, evidence: Values) -> None:
         """Go on with signals that were wrong; they may be lost by now."""
         self._unsure.update(named_in(evidence))
 
-    def _judge(self, wheelset: int | None, reports: list[InputReport]) -> Verdict:
+    def _judge(self, wheelset: int | None, reports: list[InputReport], at_zero: Set[str]) -> Verdict:
+        """`at_zero`: signals that were wrong, and say 0 now."""
         wrong = [report for report in reports if report.condition in IMPLAUSIBLE]
         if not wrong:
-            unsure = any(report.condition in SILENT and report.channel.source in self._unsure for report in reports)
-            return UNKNOWN if unsure else FINE
+            silent = {report.channel.source for report in reports if report.condition in SILENT} & self._unsure
+            tell_nothing = silent or at_zero & {report.channel.source for report in reports}
+            return UNKNOWN if tell_nothing else FINE
         what = "; ".join(f"{named(report)}{of(wheelset)} {IMPLAUSIBLE[report.condition]}" for report in wrong)
         to_check = [TO_CHECK.get((report.condition, report.channel.quantity), "") for report in wrong]
         too = "".join(dict.fromkeys(to_check))
@@ -142,6 +150,14 @@ class InputImplausible:
             too += ", and the gateway that may tell again what it was told last"
         said = f"{what[0].upper()}{what[1:]}: check sensor and wiring{too}."
         return Finding(severity(wrong), said, evidence(wrong), is_all=True)
+
+
+def _at_zero(seen: Observation) -> set[str]:
+    """The wheel speeds and pressing forces that say 0."""
+    wheelsets = seen.estimate.wheelsets
+    zero = {(Quantity.AXLE_SPEED, i) for i, own in enumerate(wheelsets) if abs(own.omega_radps) < TURNS_RADPS}
+    zero |= {(Quantity.PRESSING_FORCE, i) for i, own in enumerate(wheelsets) if own.pressing_force_n < PRESSES_N}
+    return {r.channel.source for r in seen.inputs if (r.channel.quantity, r.channel.wheelset) in zero}
 
 
 def reports_of(wheelset: int | None, seen: Observation) -> list[InputReport]:
