@@ -8,6 +8,7 @@ from brake_monitor.monitoring.inputs.watched_force import WORKS
 FELL_S = 0.5  # a force that dies falls as quickly
 COMPARED_S = REMEMBERED_S - FELL_S  # after the fall, by when the mean retardation no longer contains it
 LEAST_RETARDATION_MPS2 = 0.12  # to be expected of it; less is lost in gradients
+SHOWED = 0.7  # of what the forces make, before the fall: else they came and went more often than they are looked at
 OTHERS_CHANGED = 0.3  # of the greater force; then the retardation says nothing of one brake
 
 
@@ -19,7 +20,10 @@ def has_died(i: int, brakes: PressedBrakes, nominal: NominalBrakes, mass_kg: flo
     others = [pair for k, pair in enumerate(zip(before.forces_n, now.forces_n, strict=True)) if k != i]
     if any(abs(now_n - before_n) > OTHERS_CHANGED * max(now_n, before_n) for before_n, now_n in others):
         return False
-    expected_mps2 = nominal.retardation_mps2(i, before.forces_n[i], mass_kg)
+    by_each_mps2 = [nominal.retardation_mps2(k, force_n, mass_kg) for k, force_n in enumerate(before.forces_n)]
+    if before.total_mps2 < SHOWED * sum(by_each_mps2):
+        return False
+    expected_mps2 = by_each_mps2[i]
     more_mps2 = 0.0  # by the others than before
     for k, before_n in enumerate(before.forces_n):
         if k != i:
@@ -30,11 +34,14 @@ def has_died(i: int, brakes: PressedBrakes, nominal: NominalBrakes, mass_kg: flo
 
 
 def _fell(i: int, brakes: PressedBrakes) -> bool:
-    """Whether it did, in mid-application. One that was not told then was held: it has not fallen now."""
+    """Whether it did, in mid-application. One that was not told then was held: it has not fallen now.
+
+    Of one that came to press shortly before, as slide protection lets brakes do, the mean retardation does not tell.
+    """
     before, now_s = brakes.past[0], brakes.past[-1].time_s
     if before.forces_n[i] < PRESSES_N or not before.told[i]:
         return False
-    if min(now_s - before.time_s, before.time_s - brakes.applied_s) < COMPARED_S:
+    if min(now_s - before.time_s, before.time_s - brakes.came_s[i]) < COMPARED_S:
         return False
     since = [past for past in brakes.past if past.time_s >= before.time_s + FELL_S]
     return all(past.forces_n[i] < brakes.contact_force_n for past in since)
