@@ -91,6 +91,18 @@ def test_a_sensor_that_was_dead_is_not_known_to_be_cured_while_it_says_0(
     assert verdict(GOOD, GOOD, works) is FINE
 
 
+def test_a_wheel_speed_is_not_known_to_be_cured_where_the_vehicles_says_nothing() -> None:
+    """As at the end of the day, when one message ceases before the other."""
+    rule = InputImplausible(AlarmSettings().input_implausible, 1)
+    verdicts = []
+    for own_is, speed_is in ((InputCondition.CONTRADICTED, GOOD), (GOOD, LOST), (GOOD, GOOD)):
+        inputs = (report(Quantity.SPEED, 0, "GNSS.v", speed_is), report(Quantity.AXLE_SPEED, 0, "WSP.n", own_is))
+        now = estimate(wheelsets=(wheelset_that(omega_radps=20.0),))
+        verdicts.append(rule.judge(observation(now, inputs, ()))[1])
+    assert isinstance(verdicts[0], Finding)
+    assert verdicts[1:] == [UNKNOWN, FINE]
+
+
 def test_a_signal_that_is_lost_is_not_known_to_be_cured() -> None:
     wagon = Wagon()
     (raised,) = wagon.told(OUT_OF_RANGE, GOOD, 5.0)

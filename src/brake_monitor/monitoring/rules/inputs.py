@@ -153,9 +153,10 @@ class InputImplausible:
 
 
 def _at_zero(seen: Observation) -> set[str]:
-    """The wheel speeds and pressing forces that say 0."""
+    """The wheel speeds and pressing forces that say 0, and wheel speeds beside a vehicle's that says nothing."""
     wheelsets = seen.estimate.wheelsets
-    zero = {(Quantity.AXLE_SPEED, i) for i, own in enumerate(wheelsets) if abs(own.omega_radps) < TURNS_RADPS}
+    alone = any(report.channel.quantity is Quantity.SPEED for report in seen.inputs.not_good)
+    zero = {(Quantity.AXLE_SPEED, i) for i, own in enumerate(wheelsets) if alone or abs(own.omega_radps) < TURNS_RADPS}
     zero |= {(Quantity.PRESSING_FORCE, i) for i, own in enumerate(wheelsets) if own.pressing_force_n < PRESSES_N}
     return {r.channel.source for r in seen.inputs if (r.channel.quantity, r.channel.wheelset) in zero}
 
