@@ -72,6 +72,22 @@ def test_a_measured_thickness_counts_at_once_and_teaches_the_wear_rate(
     assert after.std < before.std
 
 
+def test_it_says_of_which_pads_nothing_was_noted_and_what_was_set_aside(
+    state: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """As after a memory was lost: pads that were gauged at 29 mm the day before are taken for new."""
+    told = "\n".join(shown(state, capsys))
+    assert "pads of wheelset 1, 2: taken for new, as nobody noted anything of them;" in told
+    assert "set aside" not in told
+    (state / f"refused-20300317T174601-{FILE_NAME}").touch()
+    assert wear(state, "set", "--wheelset", "2", "--thickness-mm", "29") == 0
+    told = "\n".join(shown(state, capsys))
+    assert "pads of wheelset 1: taken for new" in told
+    assert f"an earlier memory was set aside: refused-20300317T174601-{FILE_NAME}" in told
+    assert wear(state, "reset", "--all") == 0
+    assert "taken for new" not in "\n".join(shown(state, capsys))
+
+
 def test_new_pads_are_as_thick_as_new_ones(state: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert wear(state, "set", "--wheelset", "2", "--thickness-mm", "9") == 0
     assert wear(state, "reset", "--all") == 0

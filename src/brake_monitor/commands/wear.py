@@ -2,9 +2,10 @@
 
 import time
 from argparse import ArgumentParser, Namespace, _SubParsersAction
-from collections.abc import Callable
+from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
 from math import hypot
+from pathlib import Path
 
 from msgspec.structs import replace
 
@@ -16,7 +17,7 @@ from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, pad_li
 from brake_monitor.plural import plural
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
-from brake_monitor.storage.memory_directory import FILE_NAME, state_directory
+from brake_monitor.storage.memory_directory import FILE_NAME, set_aside_in, state_directory
 from brake_monitor.storage.store import Store
 
 DESCRIPTION = """\
@@ -82,6 +83,8 @@ def _show(options: Namespace) -> int:
     with _open(options, settings, "ro") as store:
         brakes, waiting = _brakes(store, settings), store.gauges()
     print(_text(settings, brakes))
+    for remark in _remarks(brakes, set_aside_in(_directory(options, settings))):
+        print(remark)
     for _, gauge in waiting:
         print(f"entered, not yet taken up by the daemon: wheelset {gauge.wheelset}, {gauge.told()}")
     return 0
@@ -191,14 +194,28 @@ def _brakes(store: Store, settings: Settings) -> Brakes:
 
 
 def _open(options: Namespace, settings: Settings, mode: str) -> Store:
-    directory = options.state or state_directory(settings)
+    return Store.look(_directory(options, settings) / FILE_NAME, settings.vehicle.id, mode)
+
+
+def _directory(options: Namespace, settings: Settings) -> Path:
+    directory: Path | None = options.state or state_directory(settings)
     if directory is None:
         raise InputError(
             f"{options.config}: [store] names no directory: say where the daemon keeps its state with --state DIR"
         )
     if directory.is_file():
         raise InputError(f"{directory}: expected the daemon's state directory, this is a file")
-    return Store.look(directory / FILE_NAME, settings.vehicle.id, mode)
+    return directory
+
+
+def _remarks(brakes: Brakes, set_aside: Sequence[Path]) -> Iterator[str]:
+    """What makes the thicknesses doubtful."""
+    unknown = [str(i) for i, unit in enumerate(brakes.units, 1) if not unit.pads.is_noted]
+    if unknown:
+        yield f"pads of wheelset {', '.join(unknown)}: taken for new, as nobody noted anything of them;"
+        yield "gauge them (`wear set`), or note that they are new (`wear reset`)"
+    if set_aside:
+        yield f"an earlier memory was set aside: {set_aside[-1].name} (docs/memory.md)"
 
 
 def _text(settings: Settings, brakes: Brakes) -> str:

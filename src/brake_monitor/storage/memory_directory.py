@@ -28,6 +28,11 @@ def state_directory(settings: Settings) -> Path | None:
     return settings.store.directory or (Path(told) if told else None)
 
 
+def set_aside_in(place: Path) -> list[Path]:
+    """The memories in a directory that could not be used there, the oldest first."""
+    return sorted(place.glob(f"refused-*-{FILE_NAME}"))
+
+
 class MemoryDirectory:
     """Opens the vehicle's file in a directory that no other daemon uses; what cannot be used there is set aside."""
 
@@ -95,6 +100,6 @@ class MemoryDirectory:
                 path.rename(target)
         log.warning("%s; it is kept as %s, and a new memory begins", reason, aside.name)
         self._path.with_name(f"{FILE_NAME}-shm").unlink(missing_ok=True)
-        for old in sorted(self.place.glob(f"refused-*-{FILE_NAME}"))[:-REFUSED_KEPT]:
+        for old in set_aside_in(self.place)[:-REFUSED_KEPT]:
             old.unlink()
             log_of(old).unlink(missing_ok=True)
