@@ -1,9 +1,13 @@
 """Memory failing: the gateway's disk is full, read-only or gone, and what is to outlive the daemon is not written."""
 
+from math import inf
+
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.settings.alarm_settings import MemoryFailingRule
+
+AGAIN_S = 10.0  # on a disk with hardly any room some of what is written fails
 
 
 class MemoryFailing:
@@ -14,10 +18,20 @@ class MemoryFailing:
 
     def __init__(self, settings: MemoryFailingRule) -> None:
         self.settings = settings
+        self._reason = ""  # of the last failure, ...
+        self._failed_s = -inf  # ... when that was, ...
+        self._failures = 0  # ... and how many there were, one soon after the other
+        self._fails = False
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
-        """Judge the gateway."""
-        if not seen.memory_failure:
+        """Judge the gateway. One that works for moments only, fails."""
+        is_soon = 0.0 <= seen.time_s - self._failed_s <= AGAIN_S
+        if seen.memory_failure:
+            if not self._fails:
+                self._failures = self._failures + 1 if is_soon else 1
+            self._reason, self._failed_s = seen.memory_failure, seen.time_s
+        self._fails = bool(seen.memory_failure)
+        if not (self._fails or (self._failures > 1 and is_soon)):
             return (FINE,)
-        message = f"The memory cannot be written: {seen.memory_failure}; a restart would lose what is new."
-        return (Finding(Severity.WARNING, message, {"reason": seen.memory_failure}),)
+        message = f"The memory cannot be written: {self._reason}; a restart would lose what is new."
+        return (Finding(Severity.WARNING, message, {"reason": self._reason}),)
