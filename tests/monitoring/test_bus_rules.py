@@ -3,11 +3,12 @@
 import pytest
 
 from brake_monitor.monitoring.alarm import Severity
-from brake_monitor.monitoring.reports import BusReport
+from brake_monitor.monitoring.reports import GOOD, BusReport
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.monitoring.rules.buses import BusFault, BusSilent
+from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
-from estimates import estimate, observation
+from estimates import estimate, observation, report
 
 
 def faults(*seconds: dict[str, int], off: str = "") -> Verdict:
@@ -49,3 +50,28 @@ def test_a_bus_is_silent_after_two_seconds_and_one_with_slow_messages_after_two_
     assert fast.evidence == {"buses": "fast", "silent_s": 2.0}
     assert isinstance(both, Finding)
     assert both.evidence == {"buses": "fast, slow", "silent_s": 7.0}
+
+
+@pytest.mark.parametrize(("speed_mps", "severity"), [(0.0, Severity.WARNING), (15.0, Severity.ALARM)])
+def test_a_bus_that_falls_silent_as_the_wagon_stands_may_have_been_switched_off(
+    speed_mps: float, severity: Severity
+) -> None:
+    """As each evening; what the estimate makes of a speed that is lost does not count."""
+    rule = BusSilent(BusSilentRule())
+    verdicts = []
+    for told_mps, condition, silent_s in ((speed_mps, GOOD, 0.0), (15.0 - speed_mps, InputCondition.LOST, 3.0)):
+        inputs = (report(Quantity.SPEED, 0, "GNSS.v", condition),)
+        buses = (BusReport("can0", silent_s, 0, False, 0.1),)
+        verdicts += rule.judge(observation(estimate(speed_mps=told_mps), inputs, buses))
+    silent = verdicts[-1]
+    assert isinstance(silent, Finding)
+    assert silent.severity is severity
+    assert ("switched off" in silent.message) is (severity is Severity.WARNING)
+
+
+def test_a_bus_of_which_nothing_was_heard_is_not_known_to_be_switched_off() -> None:
+    inputs = (report(Quantity.SPEED, 0, "GNSS.v", InputCondition.AWAITED),)
+    buses = (BusReport("can0", 3.0, 0, False, 0.1),)
+    (silent,) = BusSilent(BusSilentRule()).judge(observation(estimate(speed_mps=0.0), inputs, buses))
+    assert isinstance(silent, Finding)
+    assert silent.severity is Severity.ALARM

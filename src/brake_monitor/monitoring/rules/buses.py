@@ -6,31 +6,40 @@ from brake_monitor.monitoring.reports import BusReport
 from brake_monitor.monitoring.rule import FINE, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 from brake_monitor.plural import plural
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
 
+STANDS_MPS = 0.3
+SWITCHED_OFF = "the wagon stood, and the train may have been switched off; else "
 SHORTEST_TIMEOUTS = 2.0  # a bus with slow messages may be quiet for this many of their time-outs
 
 
 class BusSilent:
-    """Judges how long no frame has come from each bus."""
+    """Judges how long no frame has come from each bus.
+
+    Of a wagon that stood before, the train may have been switched off.
+    """
 
     kind = "bus_silent"
     wheelsets = (None,)
 
     def __init__(self, settings: BusSilentRule) -> None:
         self.settings = settings
+        self._stood = False  # the wagon, when its speed was last told
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """All buses together."""
+        if all(report.channel.quantity is not Quantity.SPEED for report in seen.inputs.not_good):
+            self._stood = seen.estimate.speed_mps < STANDS_MPS
         silent = [bus for bus in seen.buses if bus.silent_s >= self._limit_s(bus)]
         if not silent:
             return (FINE,)
         longest_s = max(bus.silent_s for bus in silent)
         return (
             Finding(
-                Severity.ALARM,
+                Severity.WARNING if self._stood else Severity.ALARM,
                 f"No frame for at least {longest_s:.0f} s on {names(silent)}: "
-                "check power, wiring and the gateway's interface.",
+                f"{SWITCHED_OFF if self._stood else ''}check power, wiring and the gateway's interface.",
                 {"buses": ", ".join(bus.name for bus in silent), "silent_s": longest_s},
             ),
         )
