@@ -107,8 +107,8 @@ LAYERS = {
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.agreed_shares rules.told_apart "
             "rules.per_application rules.participation rules.pulled_braked rules.turns rules.rolled_way "
             "rules.block_means rules.hidden_drag rules.lasting_creep rules.dragging_brake rules.brake_not_applied "
-            "rules.uneven_braking rules.friction_out_of_band rules.friction_drift rules.hot_disc rules.pads "
-            "rules.all_rules monitor",
+            "rules.uneven_braking rules.mean_friction rules.friction_out_of_band rules.friction_drift rules.hot_disc "
+            "rules.pads rules.all_rules monitor",
         ),
         "words settings decoding estimation",
     ),

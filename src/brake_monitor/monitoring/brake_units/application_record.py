@@ -25,6 +25,7 @@ class WheelsetRecord(Struct, frozen=True):
     creep_std: float | None = None  # by the noise of its speed; older memories have none
     friction_gradient_std: float | None = None  # the gradient's part of friction_std; older memories have none
     adhesion: float | None = None  # mean while creep was told; older memories have none
+    friction_prior_std: float | None = None  # of friction as it was first told in it; older memories have none
 
     @property
     def own_friction_std(self) -> float:

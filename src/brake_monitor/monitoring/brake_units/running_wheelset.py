@@ -14,6 +14,7 @@ class RunningWheelset:
     def __init__(self) -> None:
         self._friction_energy_j = 0.0
         self._friction_sum_j = self._friction_std_sum_j = 0.0  # friction times energy
+        self._friction_prior_std: float | None = None
         self._doubted_energy_j = 0.0  # as far as a gradient that may have changed leaves friction in doubt
         self._earlier_line_std = inf  # of friction, for a line that had changed before this application
         self._crept_rad = self.creep_sum = self.adhesion_sum = 0.0  # while settled and creep was known
@@ -37,7 +38,9 @@ class RunningWheelset:
         self._doubted_energy_j += gradient_share * energy_j
         self._friction_sum_j += now.friction * energy_j
         own_std = sqrt(max(now.friction_std**2 - now.line_friction_std**2 + self._earlier_line_std**2, 0.0))
-        self._friction_std_sum_j += hypot(own_std, motors_doubt * now.friction) * energy_j
+        std = hypot(own_std, motors_doubt * now.friction)
+        self._friction_std_sum_j += std * energy_j
+        self._friction_prior_std = self._friction_prior_std or std
 
     def add(self, before: WheelsetEstimate, now: WheelsetEstimate, settled_s: float, creep: Creep | None) -> None:
         """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled.
@@ -92,6 +95,7 @@ class RunningWheelset:
             friction_std=friction_std,
             friction_gradient_std=gradient_std,
             friction_energy_j=self._friction_energy_j,
+            friction_prior_std=self._friction_prior_std,
             pressing_force_n=self._force_sum_n / self._turned_rad if settled else None,
             torque_nm=self.settled_energy_j / self._turned_rad if settled else None,
             creep=self.creep_sum / self._crept_rad if creep_tells and self._crept_rad > 0.0 else None,

@@ -1,5 +1,6 @@
 """Every rule, in the order in which they judge."""
 
+from brake_monitor.estimation.model.tuning import resolve
 from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.rule import Rule
 from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
@@ -42,11 +43,12 @@ def brake_rules(settings: Settings, creep: CreepMeter) -> tuple[Rule, ...]:
     """Those on the brake units themselves."""
     alarms, wear, count = settings.alarms, settings.wear, settings.vehicle.wheelset_count
     contact_force_n, nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal
+    alike_std = None if settings.estimator.preset == "train" else resolve(settings.estimator).friction_own_std
     return (
         DraggingBrake(alarms.dragging_brake, nominal, count),
         BrakeNotApplied(alarms.brake_not_applied, contact_force_n, nominal, count, creep),
         UnevenBraking(alarms.uneven_braking, nominal, settings.brake_forces, settings.vehicle.brake_radius_m),
-        FrictionOutOfBand(alarms.friction_out_of_band, nominal, count),
+        FrictionOutOfBand(alarms.friction_out_of_band, nominal, count, alike_std),
         FrictionDrift(alarms.friction_drift, nominal, count),
         HotDisc(alarms.hot_disc, count),
         ThinPads(alarms.pad_near_limit, wear, count),
