@@ -8,7 +8,7 @@ import pytest
 
 from brake_monitor import cli, commands
 
-NO_COMMANDS = {"__init__", "file_checks", "options", "playback", "summary"}  # what several of them share
+NO_COMMANDS = {"__init__", "file_checks", "gauge_check", "options", "playback", "summary"}  # what several of them share
 
 
 def test_every_command_is_offered() -> None:

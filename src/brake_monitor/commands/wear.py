@@ -4,16 +4,16 @@ import time
 from argparse import ArgumentParser, Namespace, _SubParsersAction
 from collections.abc import Callable, Iterator, Sequence
 from datetime import UTC, datetime
-from math import hypot
 from pathlib import Path
 
 from msgspec.structs import replace
 
 from brake_monitor.commands import options as shared
+from brake_monitor.commands.gauge_check import check_entered, check_expected, check_possible, interval_text
 from brake_monitor.errors import InputError
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.gauge import LARGEST_THICKNESS_MM, Gauge, after_gauge
-from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, pad_life, thickness_std_mm
+from brake_monitor.monitoring.brake_units.wear import PadWear, pad_life
 from brake_monitor.plural import plural
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.config_file import load_settings
@@ -32,8 +32,6 @@ examples:
   brake-monitor wear undo  -c wagon.toml --wheelset 2                       the last of these entries was wrong
   brake-monitor wear show  -c /etc/brake-monitor/config.toml --state /var/lib/brake-monitor"""
 
-CONTRADICTS_SIGMAS = 4.0  # from what is expected: mistyped, or of another wheelset
-OTHER_PADS_SIGMAS = 3.0  # above the last reading: no pad grows
 MILLIMETRES = shared.number("a positive number of millimetres", shared.SMALLEST)
 
 
@@ -97,9 +95,9 @@ def _set(options: Namespace) -> int:
         raise InputError(f"--std-mm: no reading is that uncertain, expected at most {LARGEST_THICKNESS_MM:g} mm")
 
     def check(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
-        _check_possible(gauge, pads, settings)
+        check_possible(gauge, pads, settings)
         if not options.sure:
-            _check_expected(gauge, pads, settings)
+            check_expected(gauge, pads, settings)
 
     return _enter(options, Gauge(time.time(), 0, options.thickness_mm, options.std_mm), check)
 
@@ -109,7 +107,7 @@ def _reset(options: Namespace) -> int:
 
 
 def _undo(options: Namespace) -> int:
-    return _enter(options, Gauge(time.time(), 0, None, takes_back=True), _check_entered)
+    return _enter(options, Gauge(time.time(), 0, None, takes_back=True), check_entered)
 
 
 def _enter(options: Namespace, entry: Gauge, check: Callable[[Gauge, PadWear, Settings], None]) -> int:
@@ -128,55 +126,6 @@ def _enter(options: Namespace, entry: Gauge, check: Callable[[Gauge, PadWear, Se
             store.enter(gauge)
             print(f"wheelset {gauge.wheelset}: {gauge.told()}; noted")
     return 0
-
-
-def _check_possible(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
-    """Refuse a thickness that can only be that of other pads: pads do not grow."""
-    assert gauge.thickness_mm is not None
-    gauge_std_mm, new = gauge.std_mm or settings.wear.gauge_std_mm, PadWear.new(settings.wear)
-    if gauge.thickness_mm > _greatest_mm(new, gauge_std_mm):
-        raise InputError(
-            f"--thickness-mm {gauge.thickness_mm:g}: new pads have {new.gauge_thickness_mm:g} mm as it is configured; "
-            "if yours have more, say so in [wear] new_pad_thickness_mm first"
-        )
-    if gauge.thickness_mm > _greatest_mm(pads, gauge_std_mm):
-        raise InputError(
-            f"--thickness-mm {gauge.thickness_mm:g}: these pads had {pads.gauge_thickness_mm:g} mm; if new ones were "
-            f"fitted, say so with `wear reset --wheelset {gauge.wheelset}` first{_or_undo(gauge, pads)}"
-        )
-
-
-def _check_expected(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
-    """Refuse a thickness that was hardly to be expected. Pads of which nothing was noted may be worn as far as it goes.
-
-    The wear rate would be learned from it, and alarms that latch be raised.
-    """
-    assert gauge.thickness_mm is not None
-    expected, std_mm = pad_life(pads, settings.wear).by_energy, thickness_std_mm(pads, settings.wear)
-    doubt_mm = CONTRADICTS_SIGMAS * hypot(std_mm, gauge.std_mm or settings.wear.gauge_std_mm)
-    if pads.is_noted and abs(gauge.thickness_mm - expected.value_mm) > doubt_mm:
-        raise InputError(
-            f"--thickness-mm {gauge.thickness_mm:g}: expected {_interval(expected)} mm; gauge again, and see that it "
-            f"is wheelset {gauge.wheelset}; if it is right all the same, add --sure{_or_undo(gauge, pads)}"
-        )
-
-
-def _or_undo(gauge: Gauge, pads: PadWear) -> str:
-    """What else may be wrong."""
-    if pads.before_entry is None:
-        return ""
-    last = "that they are new" if pads.gauged_time_s is None else f"{pads.gauge_thickness_mm:g} mm"
-    return f"; if the last entry ({last}) is wrong, take it back with `wear undo --wheelset {gauge.wheelset}`"
-
-
-def _check_entered(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
-    if pads.before_entry is None:
-        raise InputError(f"{settings.vehicle.id}: wheelset {gauge.wheelset} has no entry that could be taken back")
-
-
-def _greatest_mm(pads: PadWear, gauge_std_mm: float) -> float:
-    """What these pads may measure at most."""
-    return pads.gauge_thickness_mm + OTHER_PADS_SIGMAS * hypot(pads.gauge_std_mm, gauge_std_mm)
 
 
 def _brakes(store: Store, settings: Settings) -> Brakes:
@@ -235,7 +184,7 @@ def _text(settings: Settings, brakes: Brakes) -> str:
 def _life_line(i: int, unit: BrakeUnit, settings: Settings) -> str:
     life = pad_life(unit.pads, settings.wear)
     return (
-        f"{i:>8}  {_interval(life.by_energy):<21} {life.by_archard.value_mm:>10.1f} {life.remaining_mm:>8.1f} "
+        f"{i:>8}  {interval_text(life.by_energy):<21} {life.by_archard.value_mm:>10.1f} {life.remaining_mm:>8.1f} "
         f"{_large(life.remaining_stops):>11} {_large(life.remaining_km):>8}"
     )
 
@@ -248,10 +197,6 @@ def _use_line(i: int, unit: BrakeUnit) -> str:
         f"{i:>8} {use.energy_j / 1e6:>10.1f} {use.stops:>6.0f} {use.sliding_distance_m:>7.0f} "
         f"{use.distance_m / 1e3:>8.1f}  {rate.value:.3f} ± {rate.std:.3f}  {measured}"
     )
-
-
-def _interval(thickness: Thickness) -> str:
-    return f"{thickness.value_mm:.1f} ({thickness.low_mm:.1f} to {thickness.high_mm:.1f})"
 
 
 def _large(number: float | None) -> str:
