@@ -301,6 +301,20 @@ def test_a_brake_that_is_cut_out_while_the_others_still_fill_has_not_died(vents_
     assert since_s(found, 0, CONTRADICTED) is None
 
 
+@pytest.mark.parametrize("said_on", [2, 4], ids=["three times a second", "as often as it is looked at"])
+def test_a_brake_whose_force_came_and_went_has_not_died_as_it_is_released(said_on: int) -> None:
+    """Slide protection that chops on a dry rail, of one wheelset: its brake is on for less than half of the time."""
+    wagon = vehicle("rig")
+
+    def said(time_s: float) -> Sequence[float]:
+        return [braked(time_s) if round(10 * time_s) % 4 < said_on else 0.0]
+
+    def real(time_s: float) -> Sequence[float]:
+        return [0.4 * braked(time_s)]
+
+    assert {state for (state,) in judged(said, real, wagon, creeps=False)} == {UNKNOWN}
+
+
 @pytest.mark.parametrize("lags_s", [0.0, 0.1], ids=["at once", "one observation later"])
 def test_a_force_that_was_lost_over_the_release_has_not_died_when_it_is_back(lags_s: float) -> None:
     """It was held meanwhile at what it said last, and says 0 as it should."""

@@ -57,15 +57,23 @@ def test_without_use_nothing_is_forecast() -> None:
     assert life.remaining_km is None
 
 
-@pytest.mark.parametrize("true_wear", [0.06, 0.2, 0.35, 0.9])
+@pytest.mark.parametrize("true_wear", [0.06, 0.2, 0.35])
 def test_two_gauge_readings_teach_the_specific_wear(true_wear: float) -> None:
     pads = PadWear.new(SETTINGS).gauged(SETTINGS, 0.0, 30.0).used(PadUse(energy_j=2e9, force_travel_nm=2e9 / 0.35))
     taught = pads.gauged(SETTINGS, 1.0, worn(pads, true_wear, 2e9))
     rate = taught.specific_wear_cm3_per_mj
     assert abs(rate.value - true_wear) < 2.0 * rate.std
     assert abs(rate.value - true_wear) < 0.25 * abs(0.2 - true_wear) + 1e-6  # most of what was wrong is put right
-    assert rate.std <= pads.specific_wear_cm3_per_mj.std
+    assert rate.std < pads.specific_wear_cm3_per_mj.std
     assert taught.archard_mm3_per_nm.value == pytest.approx(0.35e-3 * rate.value, rel=0.1)
+
+
+def test_pads_that_wear_as_no_others_of_the_fleet_are_followed_and_stay_in_doubt() -> None:
+    """Seven of its deviations from what was known of it: it may as well be one of the readings."""
+    pads = PadWear.new(SETTINGS).gauged(SETTINGS, 0.0, 30.0).used(PadUse(energy_j=2e9, force_travel_nm=2e9 / 0.35))
+    rate = pads.gauged(SETTINGS, 1.0, worn(pads, 0.9, 2e9)).specific_wear_cm3_per_mj
+    assert abs(rate.value - 0.9) < 0.25 * (0.9 - 0.2)
+    assert rate.std == SETTINGS.specific_wear_std_cm3_per_mj
 
 
 def test_readings_over_little_use_teach_little() -> None:

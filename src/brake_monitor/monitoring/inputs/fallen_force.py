@@ -34,14 +34,11 @@ def has_died(i: int, brakes: PressedBrakes, nominal: NominalBrakes, mass_kg: flo
 
 
 def _fell(i: int, brakes: PressedBrakes) -> bool:
-    """Whether it did, in mid-application. One that was not told then was held: it has not fallen now.
-
-    Of one that came to press shortly before, as slide protection lets brakes do, the mean retardation does not tell.
-    """
+    """Whether it did, in mid-application. One that was not told then was held: it has not fallen now."""
     before, now_s = brakes.past[0], brakes.past[-1].time_s
     if before.forces_n[i] < PRESSES_N or not before.told[i]:
         return False
-    if min(now_s - before.time_s, before.time_s - brakes.came_s[i]) < COMPARED_S:
+    if min(now_s - before.time_s, before.time_s - brakes.applied_s) < COMPARED_S:
         return False
     since = [past for past in brakes.past if past.time_s >= before.time_s + FELL_S]
     return all(past.forces_n[i] < brakes.contact_force_n for past in since)

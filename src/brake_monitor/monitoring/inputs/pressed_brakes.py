@@ -35,7 +35,6 @@ class PressedBrakes:
         self.slid_s = -inf  # when any wheelset last slid
         self.applied_s = -inf  # when brakes came on after all had been released
         self.have_pressed = [False] * count  # since then
-        self.came_s = [-inf] * count  # when each came to press last, also back from where slide protection vented it
         self._pressed_s = -inf  # when any last pressed
 
     def note(self, now: Estimate, moment: Moment) -> list[int]:
@@ -43,7 +42,6 @@ class PressedBrakes:
         if self.past and self.past[-1].time_s > now.time_s:  # the clock was set back
             self.past.clear()
             self.slid_s = self.changed_s = now.time_s
-            self.came_s = [min(came_s, now.time_s) for came_s in self.came_s]
         self.past.append(moment)
         while now.time_s - self.past[0].time_s > REMEMBERED_S:
             self.past.popleft()
@@ -55,11 +53,7 @@ class PressedBrakes:
         before = self.pressing
         if pressing != before:
             self.pressing, self.changed_s = pressing, now.time_s
-        changed = [i for i, (was, presses) in enumerate(zip(before, pressing, strict=False)) if was is not presses]
-        for i in changed:
-            if pressing[i]:
-                self.came_s[i] = now.time_s
-        return changed
+        return [i for i, (was, presses) in enumerate(zip(before, pressing, strict=False)) if was is not presses]
 
     def _note_application(self, time_s: float, pressing: tuple[bool, ...]) -> None:
         begins = not 0.0 <= time_s - self._pressed_s <= PAUSE_S

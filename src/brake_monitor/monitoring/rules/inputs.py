@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Set
 from math import inf
 
+from brake_monitor.estimation.known_inputs import RELEASED_N
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
@@ -32,8 +33,7 @@ TO_CHECK: Mapping[tuple[InputCondition, Quantity], str] = {  # beside sensor and
 CHECK_TIME_OUT = ". Check the contacts, and that timeout_s is longer than it takes from one message to the next"
 NEVER: Mapping[Measurand, int] = {}
 NONE = frozenset[str]()
-TURNS_RADPS = 1.0  # below it a wheelset stands, or its sensor is dead ...
-PRESSES_N = 500.0  # ... and a brake is released
+TURNS_RADPS = 1.0  # below it a wheelset stands, or its sensor is dead
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
 
 
@@ -157,7 +157,7 @@ def _at_zero(seen: Observation) -> set[str]:
     wheelsets = seen.estimate.wheelsets
     alone = any(report.channel.quantity is Quantity.SPEED for report in seen.inputs.not_good)
     zero = {(Quantity.AXLE_SPEED, i) for i, own in enumerate(wheelsets) if alone or abs(own.omega_radps) < TURNS_RADPS}
-    zero |= {(Quantity.PRESSING_FORCE, i) for i, own in enumerate(wheelsets) if own.pressing_force_n < PRESSES_N}
+    zero |= {(Quantity.PRESSING_FORCE, i) for i, own in enumerate(wheelsets) if own.pressing_force_n < RELEASED_N}
     return {r.channel.source for r in seen.inputs if (r.channel.quantity, r.channel.wheelset) in zero}
 
 
