@@ -41,13 +41,24 @@ def test_what_the_rail_gave_is_told_of_valid_estimates_alone() -> None:
         estimate(status=status, saturated=saturated, adhesion=adhesion, speed_mps=30.0 - k)
         for k, (status, saturated, adhesion) in enumerate(seen)
     ]
-    lines = told(*(Outputs(estimate=moment) for moment in moments))
+    lines = told(*(Outputs(estimate=moment, alarms=(alarm(kind="slide"),)) for moment in moments))
     assert lines[1] == "6 estimates, 4 valid; top speed 108.0 km/h"
     assert lines[2].endswith(": median 0.070, greatest 0.080 (3 estimates)")
 
 
+def test_a_bump_tells_nothing_of_the_rail() -> None:
+    """Impacts of shunting make slip for a moment, and so does walking pace."""
+    slides = estimate(saturated=True, adhesion=0.05, speed_mps=3.0)
+    crawls = estimate(saturated=True, adhesion=0.02, speed_mps=1.0)
+    slid = (alarm(kind="slide"),)
+    assert not [line for line in told(Outputs(estimate=slides)) if "rail" in line]
+    assert not [line for line in told(Outputs(estimate=crawls, alarms=slid)) if "rail gave" in line]
+    assert [line for line in told(Outputs(estimate=slides, alarms=slid)) if "the rail gave: median 0.050" in line]
+
+
 def test_no_number_is_a_negative_zero() -> None:
-    assert "-0.0" not in "\n".join(told(Outputs(estimate=estimate(adhesion=-0.0002, saturated=True))))
+    barely = estimate(adhesion=-0.0002, saturated=True)
+    assert "-0.0" not in "\n".join(told(Outputs(estimate=barely, alarms=(alarm(),))))
 
 
 def test_a_clock_that_was_set_back_leaves_times_that_can_be() -> None:
@@ -70,6 +81,6 @@ def test_what_an_alarm_says_has_a_line_of_its_own() -> None:
 
 
 def test_one_estimate_is_not_several() -> None:
-    lines = told(Outputs(estimate=estimate(saturated=True)))
+    lines = told(Outputs(estimate=estimate(saturated=True), alarms=(alarm(),)))
     assert lines[1].startswith("1 estimate, 1 valid; ")
     assert lines[2].endswith(" (1 estimate)")

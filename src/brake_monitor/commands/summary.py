@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from math import inf
 
 from brake_monitor.estimation.estimate import INTERVAL_SIGMAS, Estimate, Status, WheelsetEstimate
-from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.alarm import TELL_OF_SLIDES, Alarm
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.wear import pad_life
 from brake_monitor.plural import plural
@@ -42,7 +42,7 @@ class Summary:
         self._learned.update(i for i, own in enumerate(estimate.wheelsets, 1) if own.friction_status is Status.VALID)
         if estimate.status is Status.VALID:
             self._valid += 1
-            if estimate.saturated:
+            if estimate.saturated and estimate.speed_mps > self._settings.alarms.low_adhesion.min_speed_mps:
                 self._saturated_adhesion.append(estimate.adhesion)
 
     def finish(self, pipeline: Pipeline) -> None:
@@ -62,7 +62,8 @@ class Summary:
             f"{plural(self._estimates, 'estimate')}, {self._valid} valid; "
             f"top speed {self._top_speed_mps * 3.6:.1f} km/h",
         ]
-        if self._saturated_adhesion:
+        slid = any(alarm.kind in TELL_OF_SLIDES for alarm in self.alarms)  # what no alarm calls a slide is a bump
+        if self._saturated_adhesion and slid:
             seen = sorted(self._saturated_adhesion)
             lines.append(
                 f"adhesion while the wheels asked for more than the rail gave: median {seen[len(seen) // 2]:z.3f}, "

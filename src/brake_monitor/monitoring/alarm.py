@@ -7,6 +7,9 @@ from msgspec import Struct
 Values = dict[str, float | str | None]  # measured or estimated values, units in the names
 
 
+TELL_OF_SLIDES = {"slide", "low_adhesion", "wheelset_not_rotating"}  # the kinds that do
+
+
 class Severity(StrEnum):
     """Ordered by what a person should do: look, plan, act."""
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brake_monitor.estimation.estimate import Status
-from brake_monitor.monitoring.alarm import Alarm, Severity
+from brake_monitor.monitoring.alarm import TELL_OF_SLIDES, Alarm, Severity
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.words import count, duration, number
 from brake_monitor.settings.alarm_settings import level_of
@@ -15,7 +15,6 @@ from brake_monitor.settings.alarm_settings import level_of
 LOUD_GAP_S = 1.0
 STANDING_MPS = 1.0  # an application ends a little before standstill
 NEARLY_ALL = 0.9  # of the estimates: the others are those of the beginning, and of standstill
-TELL_OF_SLIDES = {"slide", "low_adhesion", "wheelset_not_rotating"}
 
 
 def summary(recording: Recording) -> Iterator[str]:
