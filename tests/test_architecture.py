@@ -199,7 +199,7 @@ CAPABILITIES = {
     "publishing.zenoh_* publishing.publisher daemon.bus_reader daemon.buses daemon.succession desk.fleet_listener "
     "dashboard.fleet dashboard.hearing commands.demo commands.watch",
     "queue": "host.stop_signals publishing.zenoh_* daemon.bus_reader daemon.buses dashboard.hearing",
-    "signal": "host.processes host.stop_signals commands.run commands.dashboard cli",
+    "signal": "host.processes host.stop_signals commands.run commands.dashboard cli __main__",
     "time": "host.pacing bus.python_can_bus storage.memory_writer publishing.event_queue publishing.zenoh_* "
     "publishing.publisher daemon.log_lines daemon.frame_clock daemon.bus_reader daemon.buses daemon.watchdog "
     "daemon.service daemon.succession dashboard.hearing dashboard.server compiled.kept_code commands.demo "

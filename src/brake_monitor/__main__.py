@@ -2,6 +2,7 @@
 
 import logging
 import os
+import signal
 import sys
 from contextlib import suppress
 from io import TextIOWrapper
@@ -42,6 +43,7 @@ def run() -> NoReturn:
         code = INTERRUPTED
     except SystemExit as end:  # at SIGTERM, or of the parser
         code = end.code if isinstance(end.code, int) else 1
+    signal.signal(signal.SIGINT, signal.SIG_IGN)  # all is done: in the shutdown Ctrl-C would make it look as if not
     if "zenoh" in sys.modules:
         logging.shutdown()
         try:

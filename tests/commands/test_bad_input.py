@@ -797,6 +797,14 @@ def test_ctrl_c_while_a_command_is_loaded_is_no_traceback(folder: Path, module: 
     assert brake_monitor(folder, ["check", "-c", "wagon.toml"]) == (130, "brake-monitor: interrupted\n")
 
 
+def test_ctrl_c_when_all_is_done_changes_nothing(folder: Path) -> None:
+    """The interpreter takes as long to end as to begin: another code, or a traceback, would look like a failure."""
+    late = "import atexit, signal\natexit.register(lambda: print(signal.raise_signal(signal.SIGINT)))\n"
+    (folder / "sitecustomize.py").write_text(late)
+    found = f"PYTHONPATH={folder}{os.pathsep}{os.environ.get('PYTHONPATH', '')}"
+    assert brake_monitor(folder, ["--version"], before=["env", found]) == (0, "")
+
+
 def test_an_output_that_is_a_circle_of_links(folder: Path) -> None:
     (folder / "round.csv").symlink_to("about.csv")
     (folder / "about.csv").symlink_to("round.csv")
