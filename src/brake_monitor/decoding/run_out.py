@@ -98,5 +98,5 @@ def _of_stretch(
     found = inverse @ (design.T @ relative)
     left = relative - design @ found
     noise = (noise_std_radps / mean_radps) ** 2
-    variance = max(left @ left / (len(left) - UNKNOWNS), noise)
+    variance = max(float(left @ left) / (len(left) - UNKNOWNS), noise)
     return found[3:], variance / noise * variance * inverse[3:, 3:]
