@@ -12,7 +12,7 @@ from brake_monitor.errors import WorkError
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.config import Settings
 from brake_monitor.storage.store import Store
-from brake_monitor.storage.store_file import RefusedError, StoreError, log_of
+from brake_monitor.storage.store_file import RefusedError, StoreError, log_of, status_of
 
 REFUSED_KEPT = 5
 FILE_NAME = "memory.db"
@@ -46,7 +46,7 @@ class MemoryDirectory:
         """Make sure that no other daemon writes here: WorkError when one does, OSError when the disk fails."""
         path = self.place / "lock"
         if self._lock is not None:
-            if path.exists() and path.stat().st_ino == os.fstat(self._lock).st_ino:
+            if (there := status_of(path)) and there.st_ino == os.fstat(self._lock).st_ino:
                 return
             self.unlock()  # it was taken away
         self.place.mkdir(mode=0o700, parents=True, exist_ok=True)
@@ -69,7 +69,7 @@ class MemoryDirectory:
     def open(self) -> Store:
         """Open the file, or a new one where it cannot be used; StoreError or OSError when the disk fails."""
         self.lock()
-        if self._path.exists() and self._path.stat().st_size == 0:
+        if (there := status_of(self._path)) and there.st_size == 0:
             log.warning("%s: the file is empty, and a new memory begins", self._path)
         try:
             return Store.open(self._path, *self._vehicle)
@@ -82,7 +82,7 @@ class MemoryDirectory:
         try:
             with TemporaryDirectory() as folder:
                 for path in (self._path, log_of(self._path)):
-                    if path.exists():
+                    if status_of(path):
                         shutil.copy(path, folder)
                 if not (copy := Path(folder, FILE_NAME)).exists():
                     return None
@@ -96,7 +96,7 @@ class MemoryDirectory:
         stamp = datetime.now(UTC).strftime("%Y%m%dT%H%M%S.%fZ")
         aside = self._path.with_name(f"refused-{stamp}-{FILE_NAME}")
         for path, target in ((self._path, aside), (log_of(self._path), log_of(aside))):
-            if path.exists():
+            if status_of(path):
                 path.rename(target)
         log.warning("%s; it is kept as %s, and a new memory begins", reason, aside.name)
         self._path.with_name(f"{FILE_NAME}-shm").unlink(missing_ok=True)

@@ -18,7 +18,7 @@ from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.alarm_settings import APPLICATIONS_JUDGED
 from brake_monitor.storage.plausible_brakes import is_time, why_impossible
 from brake_monitor.storage.store_batch import ALARMS_KEPT, MESSAGES_KEPT, RECORDS_KEPT, Batch, GaugeMark, MarkedGauge
-from brake_monitor.storage.store_file import StoreFile, refuse_orphaned_log
+from brake_monitor.storage.store_file import StoreFile, refuse_orphaned_log, status_of
 
 T = TypeVar("T")
 
@@ -49,7 +49,7 @@ class Store:
     @classmethod
     def look(cls, path: Path, vehicle_id: str, mode: str = "ro") -> Self:
         """Open an existing memory beside the daemon's: to read, or with mode "rw" to enter a gauge reading."""
-        if not path.exists():
+        if status_of(path) is None:
             raise InputError(f"{path}: there is no memory here yet; the daemon makes it at its first start")
         file = StoreFile(path, mode)
         with file.being_checked():

@@ -5,6 +5,7 @@ NORMAL would keep the file whole too, but a power cut could take back all transa
 which is minutes. Whatever cuts a write short, the file holds the transactions up to some instant, and nothing else.
 """
 
+import os
 import sqlite3
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
@@ -157,8 +158,8 @@ class StoreFile:
 
 def refuse_orphaned_log(path: Path) -> None:
     """SQLite would delete the log of a file that is empty."""
-    log = log_of(path)
-    if log.exists() and log.stat().st_size and not (path.exists() and path.stat().st_size):
+    log_bytes, bytes_of_file = (status.st_size if (status := status_of(each)) else 0 for each in (log_of(path), path))
+    if log_bytes and not bytes_of_file:
         raise RefusedError(f"{path}: the file is missing or empty, and its log is not")
 
 
@@ -172,6 +173,14 @@ def _inode(path: Path) -> int | None:
     try:
         return path.stat().st_ino
     except OSError:
+        return None
+
+
+def status_of(path: Path) -> os.stat_result | None:
+    """None where there is no such file; OSError when the disk fails, of which `Path.exists` says no more since 3.14."""
+    try:
+        return path.stat()
+    except (FileNotFoundError, NotADirectoryError):
         return None
 
 
