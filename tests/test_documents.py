@@ -45,8 +45,8 @@ def test_rows_of_a_table_have_as_many_cells_as_its_heading(page: Path) -> None:
         assert len(set(cells.values())) == 1, cells
 
 
-def test_every_equation_stands_where_the_model_s_page_says() -> None:
-    page = ROOT / "docs" / "model.md"
+def test_every_equation_stands_where_its_page_says() -> None:
+    page = ROOT / "docs" / "evidence" / "equations.md"
     table = page.read_text().partition("| equation | what | file | name |\n")[2].partition("\n\n")[0].splitlines()[1:]
     assert len(table) > 8
     for row in table:
