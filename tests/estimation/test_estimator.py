@@ -234,6 +234,18 @@ def test_a_force_that_is_not_believed_brakes_nothing(n: int) -> None:
     assert last.deceleration_mps2 == pytest.approx(0.0, abs=0.02)
 
 
+def test_a_speed_that_is_not_believed_leaves_nothing_behind() -> None:
+    """It says a fifth too little, by more than wheels are worn; once nobody believes it, wheelsets tell the speed."""
+    run = Run(brake_from_s=12.0, end_s=10.0)
+    estimator = Estimator(vehicle(2), EstimatorSettings(), channels(2))
+    for sample in run.samples():
+        if sample.time_s >= 8.0:
+            estimator.disbelieve(frozenset({(Quantity.SPEED, 0)}))
+        low = sample.quantity is Quantity.SPEED and sample.time_s >= 5.0
+        estimator.take(sample._replace(value=0.8 * sample.value) if low else sample)
+    assert estimator.speed_mps == pytest.approx(run.speed_at(10.0), abs=0.1)
+
+
 def test_an_optional_input_that_is_lost_says_nothing_any_more() -> None:
     """A flag that was set as its message died would make the wagon slide for ever, at a place that it has left."""
     more = [mapped(quantity) for quantity in OPTIONAL if quantity is not Quantity.WSP_ACTIVE]

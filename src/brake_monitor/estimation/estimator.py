@@ -29,6 +29,7 @@ from brake_monitor.frame import MOST_LATE_S
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
+UNKNOWN_SPEED_STD_MPS = 30.0  # after a gap: of any speed of a wagon
 GOOD = Quality.GOOD  # an enumeration's member takes long to look up
 
 
@@ -111,8 +112,6 @@ class Estimator:
         if outcome == FROZEN:
             if self._lose(sample.measurand, InputCondition.FROZEN) and sample.quantity in MEASURED:
                 self._distrust(self.core.readings[self._channel(sample).measures].frozen.since_s)
-                if sample.quantity is Quantity.SPEED:
-                    self._take_speed_from_wheelsets()
             return False
         if outcome == CONTRADICTED:
             self._distrust()
@@ -217,7 +216,10 @@ class Estimator:
         if measurands == self._trust.disbelieved:
             return
         self.changes += 1
-        for quantity, wheelset in measurands - self._trust.disbelieved:
+        new = measurands - self._trust.disbelieved
+        self._trust.disbelieve(measurands)
+        self._pass_trust_on()
+        for quantity, wheelset in new:
             if quantity is Quantity.WSP_ACTIVE:
                 self.core.set_flag(wheelset, False)
                 continue
@@ -226,8 +228,6 @@ class Estimator:
                 rolling_radps = self.speed_mps / self.core.wheels[wheelset].radius.radius_m
                 self.filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
         self._forget_snapshots()  # which may have been learned from them, too
-        self._trust.disbelieve(measurands)
-        self._pass_trust_on()
 
     def know_idle(self, wheelsets: frozenset[int]) -> None:
         """From now on take these brakes to do nothing, as their forces say: that is known beyond the estimator.
@@ -275,11 +275,6 @@ class Estimator:
     def _forget_snapshots(self) -> None:
         """Drop all snapshots: x and P until now are not to be restored."""
         self._now.saved_s = [-inf] * SNAPSHOTS
-
-    def _take_speed_from_wheelsets(self) -> None:
-        """Set v, led astray by a speed that stood still, to that of the fastest wheelset, which is taken to roll."""
-        rolling_mps = self.core.fastest_mps()
-        self.filter.forget(self._layout.speed, rolling_mps, SLIDING_SLIP * rolling_mps)
 
     # -- time --------------------------------------------------------------------------------------------------
 
@@ -337,6 +332,8 @@ class Estimator:
         now.line.forget_look()
         self.core.note_beginning()
         self.filter.forget_all(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
+        if now.speed_lost:  # then wheelsets tell v, whatever it was before
+            self.filter.forget(self._layout.speed, self.speed_mps, UNKNOWN_SPEED_STD_MPS)
 
     def _set_back(self, by_s: float) -> None:
         """Set all times back with the clock: what happened is still as long ago."""

@@ -74,6 +74,8 @@ class Correction(ChangeDoubt):
         self.filter.forget(index, value, sqrt(variance))
         if index == self.wheelset_count:
             self.now.near_standstill = value < SLOWEST_MPS
+        elif self.now.speed_lost and self.now.near_standstill:
+            self.follow_rolling(index, value, variance)
         return self.accept(index)
 
     def reads_locked(self, i: int, value: float) -> bool:
@@ -158,10 +160,10 @@ class Correction(ChangeDoubt):
         """Let a wheelset that rolls tell the vehicle's speed, which is lost; whether x and P are sound then.
 
         Under a brake it creeps, and only the fastest one may tell. Not one that seizes or slides: no wagon loses speed
-        as quickly. What is lost stays so, but v and its integral stay right.
+        as quickly. What is lost stays so, but v and its integral stay right. What was never told is not lost.
         """
         now, radius_m, n = self.now, self.wheels[i].radius.radius_m, self.wheelset_count
-        if now.wsp_active or now.near_standstill or self.literal:
+        if now.wsp_active or self.literal or self.readings[n].came_s == -inf:
             return True
         rolling_mps, std = value * radius_m, ROLLING_STD
         if now.time_s - now.pressed_s < ROLLING_AGAIN_S or not self.is_left_free(i):

@@ -143,7 +143,7 @@ class Prediction(RegimeWatch):
             (slowing_mps2 - now.mean_deceleration_mps2) * step_s / max(0.5 * lag_s, -lag_s, step_s)
         )
         now.speed_per_lag_mps2 = now.missed_deceleration_mps2 = 0.0
-        if now.near_standstill:
+        if now.near_standstill or now.speed_lost:
             return
         if lag_s > 0.0:
             now.speed_per_lag_mps2 = now.mean_deceleration_mps2
