@@ -381,6 +381,43 @@ def test_a_gradient_lost_while_braking_is_not_taken_for_friction(gradient: float
     assert lost == pytest.approx([GRAVITY_MPS2 * gradient] * len(lost), abs=0.03)
 
 
+@pytest.mark.parametrize("gradient", [2.0 * GRADIENT, -2.0 * GRADIENT])
+def test_a_gradient_lost_in_steady_braking_is_no_change_of_friction_or_line(gradient: float) -> None:
+    run = HelpedRun(gradient=gradient)
+    known, lost = [
+        between(while_told(run, Quantity.GRADIENT, told), 17.0, 20.0)[-1]
+        for told in (lambda _: True, lambda t: not 12.0 <= t < 16.0)
+    ]
+    assert lost.wheelsets[0].friction_std == pytest.approx(known.wheelsets[0].friction_std, rel=0.05)
+
+
+class FrozenRun(HelpedRun):
+    """Its vehicle speed stands still from 13 s on."""
+
+    def samples(self) -> Iterator[Sample]:
+        stands: Sample | None = None
+        for sample in super().samples():
+            if sample.quantity is Quantity.SPEED and sample.time_s >= 13.0:
+                stands = stands or sample
+                yield sample._replace(value=stands.value)
+            else:
+                yield sample
+
+
+def test_what_was_known_before_a_gradient_was_lost_is_restored_with_it() -> None:
+    run = FrozenRun(gradient=2.0 * GRADIENT)
+    found = while_told(run, Quantity.GRADIENT, lambda t: t < 12.9)
+    frozen = next(e for e in found if "speed 1 frozen" in e.reasons)
+    assert frozen.deceleration_mps2 == pytest.approx(2.0 * GRAVITY_MPS2 * GRADIENT, abs=0.05)
+
+
+def test_a_slope_that_is_told_no_longer_does_not_pull_the_wagon() -> None:
+    """Else friction would be in doubt from the next application on, as if a train might let go of the wagon."""
+    run = HelpedRun(gradient=-3.0 * GRADIENT, brake_from_s=15.0)
+    known, lost = [while_told(run, Quantity.GRADIENT, told)[-1] for told in (lambda _: True, lambda t: t < 12.0)]
+    assert lost.wheelsets[0].friction_std < 1.1 * known.wheelsets[0].friction_std
+
+
 @pytest.mark.parametrize("speed_first", [True, False])
 def test_a_gradient_that_is_told_for_the_first_time_at_a_stand_is_no_part_of_what_was_learned(
     speed_first: bool,

@@ -196,10 +196,10 @@ class Estimator:
     def _hand_over_gradient(self, before: float) -> None:
         """Let d take over a gradient that is lost, or give back one that is told again: the track has not changed."""
         if self._tuning.deceleration_std:
-            handed_over_mps2 = GRAVITY_MPS2 * (before - self._now.gradient)
-            self.filter.x[self._layout.deceleration] += handed_over_mps2
-            self._now.application.line_mps2 += handed_over_mps2
-            self._now.line.forget_look()
+            handed_over_mps2, place = GRAVITY_MPS2 * (before - self._now.gradient), self._layout.deceleration
+            for known in (self.filter.x, *self.filter.saved):
+                known[place] += handed_over_mps2
+            self._now.hand_over(handed_over_mps2)
 
     # -- trust -------------------------------------------------------------------------------------------------
 

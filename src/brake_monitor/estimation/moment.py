@@ -97,6 +97,15 @@ class WagonMoment:
         self.protections_due = False  # they are to look now
         self.consistency = Consistency()
 
+    def hand_over(self, gradient_mps2: float) -> None:
+        """Note that d is so much more, by a gradient that is told no longer: with what it is compared is, too."""
+        applied = self.application
+        self.coasting_mps2 += gradient_mps2
+        applied.line_mps2 += gradient_mps2
+        applied.lately.unmodelled_mps2 += gradient_mps2
+        applied.longer_ago.unmodelled_mps2 += gradient_mps2
+        self.line.forget_look()
+
     def acting(self) -> ActingOnWagon:
         """What a step of the filter needs to know."""
         return ActingOnWagon(
