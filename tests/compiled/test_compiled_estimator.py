@@ -284,6 +284,23 @@ def test_what_was_played_in_blocks_goes_on_frame_by_frame(has_delays: bool) -> N
     assert last[1].time_s == last[0].time_s
 
 
+def test_what_an_earlier_run_has_learned_may_come_between_blocks() -> None:
+    """From a disk that failed at first; before any brake was applied."""
+    settings, frames = drive(*DRIVES["sliding"])
+    plain, compiled = Pipeline.from_settings(settings), Pipeline.from_settings(settings)
+    compiled.taker = block_taker(compiled.estimator, by_machine_code(compiled.estimator))
+    found = []
+    for pipeline in (plain, compiled):
+        list(played(pipeline, frames[:BLOCK]))
+        learned = pipeline.estimator.learned()
+        assert learned is not None
+        pipeline.estimator.resume(msgspec.structs.replace(learned, friction=(0.28, 0.28), friction_std=(0.01, 0.01)))
+        list(played(pipeline, frames[BLOCK : 2 * BLOCK]))
+        found.append([own.friction for own in pipeline.estimator.estimate().wheelsets])
+    assert found[1] == pytest.approx(found[0], rel=1e-9)
+    assert found[0] == pytest.approx([0.28, 0.28])
+
+
 def test_machine_code_is_the_same_for_vehicles_of_any_size() -> None:
     """But for their equations: arrays may have any length, while a record that holds one knows how long it is."""
     cores = [Pipeline.from_settings(example_settings(name)).estimator.core for name in ("rig", "wagon", "bogie")]

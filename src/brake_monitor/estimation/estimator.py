@@ -350,6 +350,7 @@ class Estimator:
 
         It may come late, from a disk that failed at the start. Once a brake was applied, this run knows better.
         """
+        self.changes += 1
         self._earlier_run.take(learned)
         if isfinite(self._now.time_s) and not isfinite(self._now.pressed_s):
             self._earlier_run.recall(self._now.time_s + self.clock_ahead_s)
