@@ -58,7 +58,10 @@ class ChangeDoubt(FrictionDoubt):
     def compare(
         self, reference: BrakingReference, friction: float, per_friction_mps2: float, given_variance: float
     ) -> None:
-        """Doubt a change since the reference that is more than d and friction may have wandered by."""
+        """Doubt a change since the reference that is more than d and friction may have wandered by.
+
+        What any line is expected to change by on the way does not count: as much, within seconds, may be the pads'.
+        """
         now, unmodelled_mps2 = self.now, self.filter.x[self.deceleration_place]
         is_better_known = KNOWN_BETTER * given_variance < reference.known_variance
         if is_better_known or not reference.holds(now.time_s, per_friction_mps2):
