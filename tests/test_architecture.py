@@ -57,7 +57,7 @@ LAYERS = {
             "doubts doubts.plausibility doubts.force_gate doubts.frozen_reading doubts.force_departure "
             "doubts.force_trend doubts.still_force doubts.still_speeds doubts.spike_watch doubts.force_timing "
             "doubts.dead_force doubts.seizing "
-            "doubts.consistency doubts.input_trust doubts.braking_reference "
+            "doubts.consistency doubts.braking_reference "
             "model model.friction_pause model.acting model.state_layout model.load_distribution model.wheelset "
             "model.wagon model.load_transfer model.tuning model.regime model.brake_step "
             "moment "
@@ -65,7 +65,7 @@ LAYERS = {
             "learned "
             "core core.core_numbers core.motor_watch core.regime_watch core.prediction core.friction_doubt "
             "core.change_doubt core.correction core.core core.new_core core.readout "
-            "known_inputs statement earlier_run estimator",
+            "input_trust known_inputs statement earlier_run estimator",
         ),
         "words settings",
     ),

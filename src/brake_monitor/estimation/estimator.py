@@ -11,11 +11,11 @@ from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.core.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
 from brake_monitor.estimation.core.new_core import new_core
 from brake_monitor.estimation.core.readout import read_out, width
-from brake_monitor.estimation.doubts.input_trust import InputTrust
 from brake_monitor.estimation.doubts.plausibility import is_possible
 from brake_monitor.estimation.earlier_run import EarlierRun
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
+from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.inputs.alignment import Alignment
 from brake_monitor.estimation.inputs.slide_protection import SlideProtections
 from brake_monitor.estimation.known_inputs import KnownInputs
@@ -63,9 +63,9 @@ class Estimator:
         self._channel_numbers = {channel.measurand: k for k, channel in enumerate(self.channels)}
         self.alignment = Alignment(self.channels)
         self.waits = self.alignment.waits  # samples wait for those of slower sensors
-        self._trust = InputTrust(self._channel_numbers)
         self.core = new_core(self.core_type, self.filter, settings, self.channels, foretells=foretells)
         self._now = self.core.now
+        self._trust = InputTrust(self.core, self._channel_numbers)
         self._known = KnownInputs(self.core)
         count, one_flag = len(self.core.wheels), self.core.one_wsp_signal
         self.protections = SlideProtections(count, one_flag=one_flag)
@@ -110,7 +110,7 @@ class Estimator:
         if outcome == NOT_ORDINARY:
             return self._take_with_care(sample)
         if outcome == FROZEN:
-            if self._lose(sample.measurand, InputCondition.FROZEN) and sample.quantity in MEASURED:
+            if self._trust.lose(sample.measurand, InputCondition.FROZEN) and sample.quantity in MEASURED:
                 self._distrust(self.core.readings[self._channel(sample).measures].frozen.since_s)
             return False
         if outcome == CONTRADICTED:
@@ -145,30 +145,30 @@ class Estimator:
     def _take_with_care(self, sample: Sample) -> bool:
         measurand = sample.measurand
         if sample.quality is Quality.STALE:
-            self._lose(measurand, InputCondition.LOST)
+            self._trust.lose(measurand, InputCondition.LOST)
             self._lose_known(sample)
         if sample.quality is not GOOD:
             return False
         if not is_possible(sample):
-            self._lose(measurand, InputCondition.IMPOSSIBLE)
+            self._trust.lose(measurand, InputCondition.IMPOSSIBLE)
             if sample.quantity not in MEASURED and isfinite(sample.time_s):
                 self._lose_known(sample)
             return False
         if measurand in self._trust.disbelieved and sample.quantity is not Quantity.PRESSING_FORCE:
-            self._gain(measurand)
+            self._trust.gain(measurand)
             return False
         if sample.quantity not in MEASURED:
             self._take_known(sample)
             if self._known.is_impossible(sample):
-                self._lose(measurand, InputCondition.IMPOSSIBLE)
+                self._trust.lose(measurand, InputCondition.IMPOSSIBLE)
             elif self._known.is_frozen(measurand):
-                self._lose(measurand, InputCondition.FROZEN)
+                self._trust.lose(measurand, InputCondition.FROZEN)
             else:
-                self._gain(measurand)
+                self._trust.gain(measurand)
             return False
         if self.core.see_repeats(self._channel(sample).measures, sample.time_s, sample.value):
             return self.conclude(FROZEN, sample)
-        self._gain(measurand)
+        self._trust.gain(measurand)
         return self.conclude(self._measure(sample), sample)
 
     def _channel(self, sample: Sample) -> ChannelState:
@@ -218,7 +218,6 @@ class Estimator:
         self.changes += 1
         new = measurands - self._trust.disbelieved
         self._trust.disbelieve(measurands)
-        self._pass_trust_on()
         for quantity, wheelset in new:
             if quantity is Quantity.WSP_ACTIVE:
                 self.core.set_flag(wheelset, False)
@@ -240,24 +239,6 @@ class Estimator:
         self.idle_brakes = wheelsets
         for i, wheel in enumerate(self.core.wheels):
             wheel.contact.is_idle = i in wheelsets
-
-    def _lose(self, measurand: Measurand, condition: InputCondition) -> bool:
-        is_new = self._trust.lose(measurand, condition)
-        if is_new:
-            self._pass_trust_on()
-        return is_new
-
-    def _gain(self, measurand: Measurand) -> None:
-        if self._trust.gain(measurand):
-            self._pass_trust_on()
-
-    def _pass_trust_on(self) -> None:
-        for measurand, channel in self._channel_numbers.items():
-            self.core.channels[channel].lost = self._trust.is_lost(*measurand)
-        self._now.speed_lost = self._trust.is_lost(Quantity.SPEED)
-        for i, wheel in enumerate(self.core.wheels):
-            wheel.axle_speed_lost = self._trust.is_lost(Quantity.AXLE_SPEED, i)
-            wheel.force_lost = self._trust.is_lost(Quantity.PRESSING_FORCE, i)
 
     def _distrust(self, since_s: float = -inf) -> None:
         """Restart with the parameters of a snapshot from before readings turned wrong, or else with the prior ones."""

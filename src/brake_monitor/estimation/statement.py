@@ -17,8 +17,8 @@ from brake_monitor.estimation.core.readout import (
     WheelsetReadout,
 )
 from brake_monitor.estimation.doubts.consistency import in_words
-from brake_monitor.estimation.doubts.input_trust import InputTrust
 from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.inputs.slide_protection import SlideProtection, SlideProtections
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.samples import ESSENTIAL, Measurand, Quantity

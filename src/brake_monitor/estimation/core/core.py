@@ -139,7 +139,7 @@ class Core(Prediction, Correction):
         step_s = time_s - now.time_s
         if not 0.0 <= step_s <= LONGEST_STEP_S or self.readings[index].fused_s == -inf:
             return NOT_ORDINARY
-        if step_s > 0.0 and now.pressed and self.begins_application(time_s):
+        if step_s > 0.0 and self.begins_application(time_s):
             return NOT_ORDINARY
         if self.see_repeats(index, time_s, value):
             return FROZEN

@@ -4,7 +4,6 @@ from math import exp, hypot, inf
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, UNKNOWN_ADHESION_STD, RegimeWatch
-from brake_monitor.estimation.estimate import slip_of
 from brake_monitor.estimation.inputs.slide_protection import PERIOD_S
 from brake_monitor.estimation.moment import SNAPSHOTS
 
@@ -179,9 +178,8 @@ class Prediction(RegimeWatch):
         self.now.distance_m += distance_m
         for i in range(n):
             wheel = self.wheels[i]
-            force_n, radius_m = wheel.pressing_force_n, wheel.radius.radius_m
-            slip = slip_of(x[i], radius_m, speed_mps)
-            if force_n != 0.0 and x[i] * radius_m > CRAWLING_MPS:
+            force_n, slip = wheel.pressing_force_n, self.slip(i)
+            if force_n != 0.0 and x[i] * wheel.radius.radius_m > CRAWLING_MPS:
                 wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[self.friction_place + i])
             if slip > SLIDING_SLIP and not self.now.speed_lost:
                 wheel.work.slide(slip, distance_m)
@@ -218,12 +216,11 @@ class Prediction(RegimeWatch):
 
     def glance_at_wheelsets(self) -> None:
         """Write down in `glance` what slide protections are to see, now that they are due."""
-        now, x, glance = self.now, self.filter.x, self.glance
-        speed_mps = x[self.wheelset_count]
+        now, glance = self.now, self.glance
         now.protections_s, now.protections_due = now.time_s, True
-        glance[0], glance[1] = now.time_s, speed_mps
+        glance[0], glance[1] = now.time_s, self.speed_mps()
         for i in range(self.wheelset_count):
             wheel, place = self.wheels[i], 2 + 3 * i
-            glance[place] = slip_of(x[i], wheel.radius.radius_m, speed_mps)
+            glance[place] = self.slip(i)
             glance[place + 1] = wheel.force.value
             glance[place + 2] = 1.0 if wheel.wsp_active else 0.0

@@ -90,13 +90,12 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
     """What is known of the wagon; `slides`: any wheelset does, or its protection acts; `lost`: an input is."""
     now, x, n, covariance = core.now, core.filter.x, core.wheelset_count, core.filter.covariance
     first, d = core.adhesion_place, core.deceleration_place
-    adhesion, variance, weight_n = 0.0, 0.0, now.mass_kg * GRAVITY_MPS2
+    adhesion = variance = 0.0
     for i in range(n):
-        share = core.wheels[i].next_wheel_load_n / weight_n
+        share = load_share(core, i)
         adhesion += share * x[first + i]
         for j in range(n):
-            other = core.wheels[j].next_wheel_load_n / weight_n
-            variance += share * other * covariance[first + i][first + j]
+            variance += share * load_share(core, j) * covariance[first + i][first + j]
     adhesion_std = timed_std(core, variance)
     trust = trust_in(lost, now.near_standstill, settles, adhesion_std > core.converged_adhesion_std, doubts != 0)
     return WagonReadout(

@@ -29,8 +29,7 @@ class StepLength(NamedTuple):
 class Conditions(NamedTuple):
     """The inputs and noise densities of one step."""
 
-    step_s: float
-    share_memory_steps: float  # see `share_memory_steps`
+    length: StepLength
     u: Inputs  # means over the step
     acting: Sequence[Acting]  # on each wheelset
     densities: FixedDensities
@@ -49,8 +48,7 @@ class Conditions(NamedTuple):
         """Those under what acts on the wagon, at this speed, and on each wheelset."""
         u = Inputs.of(acting, now.mass_kg, now.gradient)
         deceleration_density = now.deceleration_density + densities.deceleration_per_metre * speed_mps
-        memory_steps, torque_error_density = length.share_memory_steps, now.torque_error_density
-        return cls(length.step_s, memory_steps, u, acting, densities, deceleration_density, torque_error_density)
+        return cls(length, u, acting, densities, deceleration_density, now.torque_error_density)
 
 
 class Predicted(NamedTuple):
@@ -92,8 +90,8 @@ def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
     """A step with the covariances of (20), which belong to steps and not to time."""
     derivative, jacobian = wagon.linearise(x, now.u)
     q = density(wagon.layout, now.densities, now.deceleration_density, now.torque_error_density, now.acting)
-    step, noise = ekf.scaled(jacobian, now.step_s), ekf.scaled(q, now.step_s)
-    moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
+    step, noise = ekf.scaled(jacobian, now.length.step_s), ekf.scaled(q, now.length.step_s)
+    moved = [value + rate * now.length.step_s for value, rate in zip(x, derivative, strict=True)]
     return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
 
 
@@ -116,9 +114,9 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
         meanwhile[s.adhesion.start + i] += own.middle.adhesion
     derivative, jacobian = wagon.linearise(meanwhile, now.u)
     q = density(s, now.densities, now.deceleration_density, now.torque_error_density, now.acting)
-    noise = ekf.process_noise(jacobian, q, now.step_s)
-    step = ekf.scaled(jacobian, now.step_s)
-    moved = [value + rate * now.step_s for value, rate in zip(x, derivative, strict=True)]
+    noise = ekf.process_noise(jacobian, q, now.length.step_s)
+    step = ekf.scaled(jacobian, now.length.step_s)
+    moved = [value + rate * now.length.step_s for value, rate in zip(x, derivative, strict=True)]
     for i, (own, acting) in enumerate(zip(following, now.acting, strict=True)):
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         for row in step[s.kinematic]:
@@ -197,6 +195,6 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
     return WheelsetResponse(
         asked(dq_middle, driven_middle),
         asked(dq_end, driven_end),
-        own.unsettled * (share_std * share_std) * now.share_memory_steps,
+        own.unsettled * (share_std * share_std) * now.length.share_memory_steps,
         own.has_equation * (IMPULSE_DOUBT * (omega_std * omega_std) + own.unsettled * (unseen_std * unseen_std)),
     )

@@ -1,15 +1,17 @@
 """Which of the mapped signals are believed now, and why the others are not."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 
+from brake_monitor.estimation.core.core import Core
 from brake_monitor.samples import FLAGS, InputCondition, Measurand, Quantity
 
 
 class InputTrust:
-    """The condition of each input of one wagon, and which inputs are contradicted from outside."""
+    """The condition of each input of one wagon, and which are contradicted from outside; the core is told of losses."""
 
-    def __init__(self, channels: Iterable[Measurand]) -> None:
-        """Nothing has arrived yet."""
+    def __init__(self, core: Core, channels: Mapping[Measurand, int]) -> None:
+        """Nothing has arrived yet; `channels`: the core's numbers of the mapped signals."""
+        self._core, self._channels = core, channels
         self._bad = dict.fromkeys(channels, InputCondition.AWAITED)
         self.disbelieved: frozenset[Measurand] = frozenset()  # contradicted from outside, whatever they say
         self._lost = frozenset(self._bad)
@@ -31,19 +33,23 @@ class InputTrust:
             self._settle()
         return is_new
 
-    def gain(self, measurand: Measurand) -> bool:
-        """The signal is good again; True when it was not before."""
-        is_new = self._bad.pop(measurand, None) is not None
-        if is_new:
+    def gain(self, measurand: Measurand) -> None:
+        """The signal is good, again or still."""
+        if self._bad.pop(measurand, None) is not None:
             self.changes += 1
             self._heard.add(measurand)
             self._settle()
-        return is_new
 
     def _settle(self) -> None:
         """Work out which inputs are lost, and which are known: of a lost one the last value is, unless it is a flag."""
         self._lost = self.disbelieved.union(self._bad)
         self.known = frozenset(one for one in self._heard if one not in self._lost or one[0] not in FLAGS)
+        for measurand, number in self._channels.items():
+            self._core.channels[number].lost = measurand in self._lost
+        self._core.now.speed_lost = self.is_lost(Quantity.SPEED)
+        for i, wheel in enumerate(self._core.wheels):
+            wheel.axle_speed_lost = self.is_lost(Quantity.AXLE_SPEED, i)
+            wheel.force_lost = self.is_lost(Quantity.PRESSING_FORCE, i)
 
     def condition(self, measurand: Measurand) -> InputCondition:
         """What the signal itself is like."""
