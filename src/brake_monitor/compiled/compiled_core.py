@@ -214,7 +214,7 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
                 return Played(k, outcome, fused, count)
         if samples.row[k] >= 0 and core.now.time_s == samples.time_s[k]:
             read_out(core, room.rows[samples.row[k]])
-        if count == len(room.glances):
+        if count == len(room.glances) and k + 1 < end:
             return Played(k + 1, TAKEN, fused, count)
     read_out(core, room.readout)
     return Played(end, TAKEN, fused, count)
