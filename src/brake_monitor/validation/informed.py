@@ -7,6 +7,7 @@ has to find out the rest can be expected to do better.
 
 from collections.abc import Iterable
 
+import numpy as np
 from msgspec.structs import replace
 
 from brake_monitor.estimation.estimator import Estimator
@@ -34,8 +35,7 @@ class InformedEstimator(Estimator):
         self, vehicle: Vehicle, settings: EstimatorSettings, channels: Iterable[Channel], trace: Trace
     ) -> None:
         super().__init__(vehicle, settings, channels, INFORMED)
-        speed_mps = trace.wagon("speed_mps")
-        known_n = vehicle.track_resistance_n + vehicle.drag_n_per_mps2 * speed_mps**2
+        known_n = np.array([vehicle.resistance_n(speed_mps) for speed_mps in trace.wagon("speed_mps").tolist()])
         self._step_s = trace.step_s
         self._friction = trace.wheelsets("friction")
         self._true_force_n = trace.wheelsets("pressing_force_n")
