@@ -156,12 +156,19 @@ def test_a_wheelset_that_never_turned_is_believed_to_stand_once_the_wagon_drags_
 
 
 @pytest.mark.parametrize(
-    ("other_slips", "thought"), [(False, WheelState.SLIDING), (True, WheelState.ROLLING)], ids=["alone", "both alike"]
+    ("others_share", "acts", "thought"),
+    [
+        (0.0, False, WheelState.SLIDING),
+        (1.0, False, WheelState.ROLLING),
+        (1.0, True, WheelState.SLIDING),
+        (2.0, False, WheelState.SLIDING),
+    ],
+    ids=["alone", "both alike", "both alike, and protection acts", "both, and the other more"],
 )
-def test_a_slip_that_grows_slowly_is_a_slide_where_the_other_wheelset_rolls(
-    other_slips: bool, thought: WheelState
+def test_a_slip_that_grows_slowly_is_a_slide_but_where_it_may_be_the_vehicles_speed_that_lags(
+    others_share: float, acts: bool, thought: WheelState
 ) -> None:
-    """Of all wheelsets alike it may be the vehicle's speed that lags."""
+    """That makes all wheelsets slip alike, and no slide protection act."""
     wagon = vehicle("wagon")
     watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
     states: set[WheelState] = set()
@@ -169,12 +176,12 @@ def test_a_slip_that_grows_slowly_is_a_slide_where_the_other_wheelset_rolls(
         time_s = k / 100
         speed_mps = 20.0 - 0.5 * max(time_s - MOTOR_FROM_S, 0.0)
         slip = min(0.02 * max(time_s - SLIDES_FROM_S, 0.0), 0.08)  # the wheelset loses less than 1 m/s²
-        slips = (slip, slip if other_slips else 0.0)
+        slips = (slip, others_share * slip)
         omega_radps = [speed_mps * (1.0 - own) / radius_m for own in slips]
         show_all(watch, time_s, speed_mps, omega_radps, pressing_n=20e3)
         if k % 10 == 0:
             seen = tuple(
-                wheelset(slip=own, omega_radps=turns, pressing_force_n=20e3)
+                wheelset(slip=own, omega_radps=turns, pressing_force_n=20e3, wsp_active=acts)
                 for own, turns in zip(slips, omega_radps, strict=True)
             )
             told = watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen), [True, True])

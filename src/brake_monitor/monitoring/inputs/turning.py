@@ -33,9 +33,9 @@ class Turning:
         self._slides = 0  # observations in a row
 
     def judge(
-        self, now: Estimate, own: WheelsetEstimate, rolling_mps: float, *, demanded: bool, any_rolls: bool
+        self, now: Estimate, own: WheelsetEstimate, rolling_mps: float, *, demanded: bool, all_slip_alike: bool
     ) -> WheelState:
-        """What it does, by its last reading as the speed of its tread; `any_rolls`: any wheelset of the wagon rolls."""
+        """What it does, by its last reading as the speed of its tread; `all_slip_alike`: none of the wagon's rolls."""
         slip, speed_mps = own.slip, now.speed_mps
         if self._is_odd(now, rolling_mps, demanded=demanded) or self._bursts.is_on(now.time_s):
             self._slides = 0
@@ -44,7 +44,7 @@ class Turning:
             self._has_rolled, self._rolled_s = True, now.time_s
         needed = ROLLING_SLIP if own.wsp_active else SLIDING_SLIP if self._has_rolled else UNSEEN_SLIP
         slides = demanded and slip > needed and slip * speed_mps > SLIDING_MPS
-        slides = slides and (any_rolls or self._may_slide(slip * speed_mps))
+        slides = slides and (not all_slip_alike or own.wsp_active or self._may_slide(slip * speed_mps))
         self._slides = self._slides + 1 if slides else 0
         if self._slides >= SLIDES_IN_A_ROW:
             return WheelState.SLIDING

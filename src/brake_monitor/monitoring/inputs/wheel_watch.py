@@ -11,6 +11,7 @@ What tells a wheelset that is stopped while the wagon moves from a wheel-speed s
 from collections.abc import Callable, Sequence
 from math import inf
 
+from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.speed_doubt import SpeedDoubt
 from brake_monitor.monitoring.inputs.turning import RELEASED_S, ROLLING_SLIP, WATCHED_FROM_MPS
@@ -60,7 +61,7 @@ class WheelWatch:
         if self._doubt.is_doubted:
             return (WheelState.UNKNOWN,) * len(self.wheels)
         demanded = now.time_s - self._demanded_s < RELEASED_S
-        rolls = [is_good and abs(own.slip) < ROLLING_SLIP for own, is_good in zip(now.wheelsets, measured, strict=True)]
+        alike = _slip_alike([own.slip for own, is_good in zip(now.wheelsets, measured, strict=True) if is_good])
         cut_out = _have_cut_out(now, told)
         states = []
         for i, wheel in enumerate(self.wheels):
@@ -72,7 +73,7 @@ class WheelWatch:
                 states.append(self._judge_standing(wheel, now))
             else:
                 turning, own = wheel.turning, now.wheelsets[i]
-                states.append(turning.judge(now, own, wheel.rolling_mps, demanded=demanded, any_rolls=True in rolls))
+                states.append(turning.judge(now, own, wheel.rolling_mps, demanded=demanded, all_slip_alike=alike))
         return tuple(states)
 
     @property
@@ -166,6 +167,11 @@ class WheelWatch:
     def _drags_unbraked(self, now: Estimate) -> bool:
         unbraked_mps2 = self._past.unbraked_mps2(now)
         return unbraked_mps2 is not None and unbraked_mps2 > UNCOMPARED_DRAG_MPS2
+
+
+def _slip_alike(slips: Sequence[float]) -> bool:
+    """Whether all slip, and no two so differently that it cannot be a vehicle speed that comes late."""
+    return not slips or (min(map(abs, slips)) >= ROLLING_SLIP and max(slips) - min(slips) < SLIDING_SLIP)
 
 
 def _have_cut_out(now: Estimate, told: Sequence[WatchedWheelset]) -> bool:
