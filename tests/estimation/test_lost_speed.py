@@ -30,7 +30,7 @@ STOPPED = replace(
 )
 BRAKED = replace(
     PULLED,
-    name="braked three times",
+    name="braked twice",
     summary="coast, brake, coast, brake, coast",
     initial_speed_mps=36.0,
     duration_s=45.0,
@@ -99,7 +99,7 @@ def test_speed_is_right_again_after_a_gap_in_which_the_wagon_went_on() -> None:
 
 
 def test_what_wheelsets_say_of_the_speed_does_not_come_late_as_the_sensor_did() -> None:
-    """That one was late by a third of a second, as two brakings have shown: 0.2 m/s, which no wheelset is off by."""
+    """That one was late by a third of a second, as brakings before have shown: 0.2 m/s, which no wheelset is off by."""
     recording = drive(BRAKED)
     frames = lost("GNSS", 27.0, 45.0)(lagging("GNSS", 0.3)(list(recording.frames)))
     tunnel = Judged.of(recording, play(recording.settings, frames)).during(30.0, 45.0)

@@ -158,8 +158,8 @@ class StoreFile:
 
 def refuse_orphaned_log(path: Path) -> None:
     """SQLite would delete the log of a file that is empty."""
-    log_bytes, bytes_of_file = (status.st_size if (status := status_of(each)) else 0 for each in (log_of(path), path))
-    if log_bytes and not bytes_of_file:
+    log, file = status_of(log_of(path)), status_of(path)
+    if log and log.st_size and not (file and file.st_size):
         raise RefusedError(f"{path}: the file is missing or empty, and its log is not")
 
 
