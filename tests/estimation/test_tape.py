@@ -8,7 +8,8 @@ import pytest
 from brake_monitor.arrays import Floats
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.filter.tape import Reading, Step, TapedFilter
-from brake_monitor.estimation.model.tuning import TRAIN
+from brake_monitor.estimation.kalman.ekf import Measured
+from brake_monitor.estimation.model.tuning import RIG, TRAIN
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.settings.config import EstimatorSettings
 from test_estimator import Run, channels, vehicle
@@ -129,3 +130,34 @@ def test_the_tape_tells_of_what_is_known_beside_all_readings() -> None:
     assert [reading.measured.of(row) for row in np.eye(len(x))] == pytest.approx(h)
     assert (reading.residual, reading.variance) == pytest.approx((0.25 - x[place], variance))
     assert reading.correction == pytest.approx(np.array(brakes.x) - x)
+
+
+def test_what_moved_the_wagon_before_a_stop_tells_nothing_of_what_does_after_it() -> None:
+    brakes = made_up(3)
+    place, friction = brakes.layout.deceleration, brakes.layout.friction.start
+    correlated = brakes.covariance[place][friction]
+    brakes.admit_unseen(0.02)
+    assert brakes.std(place) >= 5.0  # m/s²: more than brakes and engines give a wagon
+    assert brakes.covariance[place][friction] == correlated  # of the brakes it goes on telling
+    brakes.admit_unseen(0.02)
+    assert brakes.std(place) == pytest.approx(5.0)  # nor does it grow for as long as the wagon stands
+
+
+def test_a_preset_without_d_has_none_after_a_stop_either() -> None:
+    brakes = TapedFilter(Wagon.from_vehicle(vehicle(2)), RIG, 0.35, 0.04)
+    brakes.admit_unseen(0.02)
+    assert brakes.std(brakes.layout.deceleration) == 0.0
+
+
+def test_what_is_in_doubt_has_moved_before() -> None:
+    """The steps of two seconds before share it; it is d's alone."""
+    brakes = made_up(4)
+    size, place = brakes.layout.size, brakes.layout.deceleration
+    d_mps2 = [0.0, 0.0, 0.0, -0.1, -0.3, -0.5]
+    for k, unmodelled_mps2 in enumerate(d_mps2):
+        brakes.tape.step(Step(np.zeros((size, size)), np.zeros((size, size)), float(k), unmodelled_mps2))
+        brakes.tape.reading(Measured(0), 0.1, 0.01, [0.0] * size)
+    brakes.tape.move_earlier(place, -0.6, 1.5, 3.5)
+    noise = [event.noise[place, place] for event in brakes.tape.events if isinstance(event, Step)]
+    assert noise == pytest.approx([0.0, 0.0, 0.18, 0.18, 0.0, 0.0])  # from 0 to -0.6 in steps 2 and 3
+    assert sum(event.noise.sum() for event in brakes.tape.events if isinstance(event, Step)) == pytest.approx(0.36)

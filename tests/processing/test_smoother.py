@@ -62,7 +62,7 @@ def linear_system(seed: int, singular: bool) -> Linear:
         root = rng.standard_normal((3, 3)) * np.array([[0.3], [0.0 if singular else 0.2], [0.0 if singular else 0.1]])
         noise, variance = root @ root.T, 0.04
         f = np.eye(3) + change
-        tape.step(change, noise)
+        tape.step(Step(change, noise))
         last = joint[-3:]
         joint = np.block([[joint, last.T @ f.T], [f @ last, f @ last[:, -3:] @ f.T + noise]])
         mean = np.concatenate((mean, f @ mean[-3:]))
@@ -112,8 +112,8 @@ def test_what_was_forgotten_tells_nothing_of_the_time_before() -> None:
 
 def test_the_tape_leaves_out_what_is_not_finite() -> None:
     tape = Tape()
-    tape.step(np.full((2, 2), np.nan), np.eye(2))
-    tape.step(np.eye(2), np.full((2, 2), np.inf))
+    tape.step(Step(np.full((2, 2), np.nan), np.eye(2)))
+    tape.step(Step(np.eye(2), np.full((2, 2), np.inf)))
     tape.reading(Measured(0), np.inf, 1.0, np.zeros(2))
     tape.reading(Measured(0), 1.0, 1.0, np.array([0.0, np.nan]))
     assert tape.events == []

@@ -7,6 +7,10 @@ without variance), and because the future side does not depend on how the filter
 admitted jumps and values that were confined need no special case. It goes over a filter of its own, beside the one that
 a pipeline has, with freedoms of its own: see FRICTION_FREEDOM.
 
+A filter lets d go only once the speed contradicts the forces. A smoother that took d to have stood still until then
+would find a pull that follows a braking in the braking, and friction to make up for it. The tape tells of such moves
+(`TapedFilter`); what it does not tell of is seen here, by AT_ONCE_SIGMAS.
+
 What comes after is kept as a quadratic in e, the deviation of the true state from the filter's:
     - log p(later readings | e) = ½ e' Y e - y' e + const.
 """
@@ -34,6 +38,8 @@ WINDOW_S = 60.0  # smoothed at one go; memory holds a window and its look-ahead,
 FRICTION_FREEDOM = 2.0  # of these densities, multiples of the live filter's
 SLIDING_FREEDOM = 2.0
 DECELERATION_FREEDOM = 0.2
+
+AT_ONCE_SIGMAS = 3.0  # of what later readings can tell of d: one that they want to be off by more has moved just there
 
 
 class Future:
@@ -159,18 +165,30 @@ class Smoother:
             for event in reversed(self._tape.events[row.position : end]):
                 future.precede(event)
             end = row.position
+            belief = self._looked_back(row, future)
             if i < count:
-                smoothed.append(self._joined(row, future))
+                smoothed.append(self._joined(row, *belief))
         smoothed.reverse()
         gone = self._rows[count - 1].position if count else 0
         self._tape.cut(gone)
         self._rows = [row._replace(position=row.position - gone) for row in self._rows[count:]]
         return smoothed
 
-    def _joined(self, row: Row, future: Future) -> Estimate:
+    def _looked_back(self, row: Row, future: Future) -> tuple[Floats, Floats]:
+        """State and covariance at a row; if d has moved there at once, `future` knows of that from then on."""
+        place = self._layout.deceleration
+        x, covariance = future.join(row.x, row.covariance)
+        moved_mps2, told_variance = x[place] - row.x[place], row.covariance[place, place] - covariance[place, place]
+        if moved_mps2**2 <= AT_ONCE_SIGMAS**2 * max(told_variance, 0.0):
+            return x, covariance
+        noise = np.zeros_like(covariance)
+        noise[place, place] = moved_mps2**2
+        future.precede(Step(np.zeros_like(noise), noise))
+        return future.join(row.x, row.covariance)
+
+    def _joined(self, row: Row, x: Floats, covariance: Floats) -> Estimate:
         """The row's estimate with its numbers smoothed; status, reasons and what was measured stay the filter's."""
         s = self._layout
-        x, covariance = future.join(row.x, row.covariance)
         x = np.array(self._filter.confined(x.tolist()))
         std = np.sqrt(np.maximum(covariance.diagonal(), 0.0))
         adhesion_variance = float(row.load_share @ covariance[s.adhesion, s.adhesion] @ row.load_share)
