@@ -155,6 +155,27 @@ def test_a_wheelset_that_never_turned_is_believed_to_stand_once_the_wagon_drags_
     assert states[320 - 1] is state
 
 
+@pytest.mark.parametrize("lost", ["", "its own speed", "both"])
+def test_what_drags_before_and_after_speeds_were_lost_does_not_drag_for_long(lost: str) -> None:
+    """Three seconds before and three after, in which the wagon is shoved back; a wheel speed never came."""
+    wagon, pulled_until_s = vehicle("wagon"), 20.0
+    watch, radius_m = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0]
+    states, speed_mps = [], 0.0
+    for k in range(3600):
+        time_s = k / 100
+        drags = 20.0 <= time_s < 23.0 or 32.0 <= time_s < 35.0
+        is_lost = 22.8 <= time_s < 33.5
+        rolling_mps2 = wagon.resistance_n(speed_mps) / wagon.mass_kg
+        speed_mps += 0.01 * (0.8 if time_s < pulled_until_s else -rolling_mps2 - 0.5 * drags)
+        show_all(watch, time_s, speed_mps, (0.0, speed_mps / radius_m), pressing_n=0.0)
+        if k % 10 == 0:
+            seen = tuple(wheelset(slip=0.0, omega_radps=w, pressing_force_n=0.0) for w in (0.0, speed_mps / radius_m))
+            measured = [not (is_lost and lost), not (is_lost and lost == "both")]
+            states.append(watch.judge(estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen), measured)[0])
+    assert (WheelState.UNKNOWN in states) is bool(lost)
+    assert states[-1] is WheelState.CONTRADICTED
+
+
 @pytest.mark.parametrize(
     ("others_share", "acts", "thought"),
     [

@@ -58,14 +58,14 @@ class WheelWatch:
         self._note(now)
         told = [wheel for wheel, is_good in zip(self.wheels, measured, strict=True) if is_good]
         self._doubt.see(now.time_s, told, is_free=self._rolls_freely(now))
-        if self._doubt.is_doubted:
-            return (WheelState.UNKNOWN,) * len(self.wheels)
+        is_doubted = self._doubt.is_doubted
         demanded = now.time_s - self._demanded_s < RELEASED_S
         alike = _slip_alike([own.slip for own, is_good in zip(now.wheelsets, measured, strict=True) if is_good])
         cut_out = _have_cut_out(now, told)
         states = []
         for i, wheel in enumerate(self.wheels):
-            if not measured[i]:
+            if is_doubted or not measured[i]:
+                wheel.drags_since_s = inf
                 states.append(WheelState.UNKNOWN)
             elif cut_out:
                 states.append(WheelState.DOUBTFUL)
@@ -132,7 +132,7 @@ class WheelWatch:
             self._see_drag(wheel, now)
         if wheel.decided is not None:
             return wheel.decided
-        wheel.may_drag = False
+        wheel.may_drag, wheel.drags_since_s = False, inf
         if wheel.origin is Origin.STOPPED:
             wheel.decided = WheelState.STOPPED
         elif now.time_s - wheel.stands_since_s < WAIT_S:
