@@ -527,6 +527,7 @@ class TestUnevenBraking:
 
 
 Forces = Callable[[float], Sequence[float]]
+Inputs = Callable[[float], tuple[InputReport, ...]]
 
 
 def play(
@@ -539,7 +540,7 @@ def play(
     friction_std: float = 0.01,
     speed_mps: float | Callable[[float], float] = 20.0,
     omega_noise: float = 1e-5,
-    inputs: tuple[InputReport, ...] = (),
+    inputs: Inputs | tuple[InputReport, ...] = (),
     wsp: Callable[[float], Sequence[bool]] = lambda _: (),
     motor_n: float = 0.0,
 ) -> list[tuple[Verdict, ...]]:
@@ -567,7 +568,7 @@ def play(
             for force_n, own_creep, own_active, own_friction in zip(pressing, creep, active, frictions, strict=True)
         )
         now = estimate(time_s=time_s, speed_mps=now_mps, saturated=any(active), wheelsets=wheelsets)
-        verdicts.append(rule.judge(observation(now, inputs)))
+        verdicts.append(rule.judge(observation(now, inputs(time_s) if callable(inputs) else inputs)))
     return verdicts
 
 
@@ -1146,3 +1147,26 @@ def test_a_brake_that_is_eased_to_just_below_the_force_of_contact_is_not_release
         assert participation.begun_s == (inf if tenth < 100 else 10.0)
     participation.see(60.0, (1.5e3, 1.5e3))
     assert participation.begun_s == inf
+
+
+@pytest.mark.parametrize(
+    ("quantity", "found_s"), [(Quantity.SPEED, 50.0), (Quantity.AXLE_SPEED, 50.0), (Quantity.PRESSING_FORCE, 170.1)]
+)
+def test_who_was_released_while_an_input_was_lost_is_not_the_one_that_does_not_press(
+    quantity: Quantity, found_s: float
+) -> None:
+    """All press and are released in a tunnel, but for the second brake, which drags.
+
+    Where no force was told it may as well press by right, and the first one be isolated: for as long as that may be.
+    """
+
+    def forces_n(time_s: float) -> Sequence[float]:
+        return braked(time_s), max(braked(time_s), 20e3 * (time_s >= 40.0))
+
+    def inputs(time_s: float) -> tuple[InputReport, ...]:
+        return lost(quantity, InputCondition.LOST if 15.0 <= time_s < 50.0 else InputCondition.GOOD)
+
+    drags = play(TestDraggingBrake.rule(), forces_n, inputs=inputs, until_s=200.0)
+    assert found(drags) == [None, found_s]
+    silent = play(TestBrakeNotApplied.rule(), forces_n, inputs=inputs, until_s=200.0)
+    assert found(silent) == [None, None]

@@ -50,13 +50,15 @@ class BrakeNotApplied:
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         now, count = seen.estimate, len(self.wheelsets)
-        self._creep.note(now, seen.inputs.are_good(Quantity.PRESSING_FORCE, count))
+        known = seen.inputs.are_good(Quantity.PRESSING_FORCE, count)
+        self._creep.note(now, known)
         for i, wheelset in enumerate(now.wheelsets):
             if seen.motors_brake[i] or wheelset.wsp_active or wheelset.slip > SLIDING_SLIP:
                 self._released_s[i] = now.time_s
+        if all(known):  # in a tunnel as well
+            self._participation.see(now.time_s, seen.forces_n)
         if not seen.all_good:
             return self._judge_beside_wrong_inputs(seen)
-        self._participation.see(now.time_s, seen.forces_n)
         if count == 1 or now.speed_mps < self.settings.min_speed_mps:
             return self._all_unknown
         if max(seen.forces_n) < self._others_n:

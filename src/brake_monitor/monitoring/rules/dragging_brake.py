@@ -14,6 +14,7 @@ from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSea
 from brake_monitor.monitoring.rules.lasting_creep import CreepDrag, LastingCreepSearch
 from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, Participation
 from brake_monitor.monitoring.rules.pulled_braked import PulledBraked
+from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
 BLOCKED = WheelState.BLOCKED
@@ -52,9 +53,10 @@ class DraggingBrake:
         hidden = self._search.see(now, seen.all_good)
         creeping = self._long_search.see(now, seen.all_good)
         gained_mps = self._pulled.see(now.speed_mps, seen.forces_n if seen.all_good else ())
+        if all(seen.inputs.are_good(Quantity.PRESSING_FORCE, count)):  # in a tunnel as well
+            self._participation.see(now.time_s, seen.forces_n)
         if not seen.all_good:
             return (UNKNOWN,) * count
-        self._participation.see(now.time_s, seen.forces_n)
         self._see_blocked(now.speed_mps, seen.wheels)
         if now.speed_mps < self.settings.min_speed_mps:
             return (UNKNOWN,) * count

@@ -6,6 +6,7 @@ from math import inf
 from statistics import fmean
 
 from brake_monitor.estimation.inputs.pad_contact import RELEASE_FRACTION
+from brake_monitor.monitoring.brake_units.running_application import LONGEST_GAP_S
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 
 EASED = 0.8  # of its force while the others released: a brake that follows a common release, if not all the way
@@ -16,22 +17,30 @@ LEAST_FRICTION = 0.4  # of nominal; brakes that retard less than pads like that 
 
 
 class Participation:
-    """Sees the pressing forces, in order of time. An application ends when all brakes are released."""
+    """Sees the pressing forces, in order of time, while all are known. An application ends when all are released."""
 
     def __init__(self, contact_force_n: float, wheelset_count: int) -> None:
         self._contact_force_n = contact_force_n
         self._released_n = RELEASE_FRACTION * contact_force_n
+        self._count = wheelset_count
+        self._seen_s = -inf
+        self._forget()
+
+    def _forget(self) -> None:
         self.begin_was_seen = False  # all brakes were released before it: what is known of it is all of it
         self._is_over = self._is_whole = False  # all are released, or all press: more of the same says nothing new
         self.begun_s = inf  # inf: none goes on
-        self.took_part = [False] * wheelset_count
-        self.eased = [False] * wheelset_count  # which ones pressed less as the last one left its disc, no more since
+        self.took_part = [False] * self._count
+        self.eased = [False] * self._count  # which ones pressed less as the last one left its disc, no more since
         self._left_n: Sequence[float] = ()  # what each pressed with then
-        self._presses = [False] * wheelset_count
+        self._presses = [False] * self._count
         self._lately: deque[Sequence[float]] = deque(maxlen=round(RELEASE_S / OBSERVATION_PERIOD_S))  # forces
 
     def see(self, time_s: float, forces_n: Sequence[float]) -> None:
         """Take the pressing forces of all wheelsets."""
+        if time_s - self._seen_s > LONGEST_GAP_S:
+            self._forget()
+        self._seen_s = time_s
         self._lately.append(forces_n)
         if self._is_over and max(forces_n) < self._released_n:
             return
