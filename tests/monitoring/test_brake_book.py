@@ -287,6 +287,32 @@ def test_a_braking_is_one_though_the_program_began_anew_meanwhile() -> None:
     assert book.kept.running is None
 
 
+@pytest.mark.parametrize(
+    ("ended_s", "told_s", "times_s"),
+    [
+        (15.0, 16.5, [9.9, 19.9]),
+        (15.0, 19.5, [9.9, 19.9]),
+        (15.0, 21.0, [9.9, 14.9]),
+        (13.0, 21.0, [9.9, 12.9, 17.9, 19.9]),  # more than five seconds of it nobody saw
+    ],
+)
+def test_a_braking_is_one_though_forces_are_told_before_the_speed_is(
+    ended_s: float, told_s: float, times_s: list[float]
+) -> None:
+    """A second after the program ended all forces are awaited, then the speed, which comes each second or so."""
+    first, second = new_book(), new_book()
+    stops = keep(first, Drive(0.0, ended_s))
+    second.resume(first.kept)
+    awaited = [report(Quantity.PRESSING_FORCE, i, f"BCU.p_{i}", InputCondition.AWAITED) for i in range(2)]
+    for now in Drive(ended_s + 1.0, 40.0).estimates:
+        if now.time_s < ended_s + 1.1:
+            own = tuple(replace(wheelset, pressing_force_n=0.0) for wheelset in now.wheelsets)
+            stops += second.see(replace(now, status=Status.INVALID, wheelsets=own), InputReports(awaited))
+        else:
+            stops += second.see(replace(now, status=Status.INVALID) if now.time_s < told_s else now, SOUND)
+    assert [time_s for stop in stops for time_s in (stop.start_time_s, stop.end_time_s)] == pytest.approx(times_s)
+
+
 def test_of_an_interrupted_braking_the_worst_of_both_parts_is_told() -> None:
     """The first wheelset slid before the pause, and its discs were hotter then; the second one after it."""
     (stop,), _, _ = restarted(1.0)

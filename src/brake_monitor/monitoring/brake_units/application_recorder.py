@@ -64,6 +64,9 @@ class ApplicationRecorder:
         finished = None
         if self._earlier is not None and self._running is None:
             finished = self._go_on(self._earlier, now, known)
+            if self._earlier is not None:  # too little is known yet: of a force that is told first, too
+                self._pressed = before
+                return None
         if last is None or (self._running is None and self._pressed == before):
             return finished
         goes_on = 0.0 < now.time_s - last.time_s <= LONGEST_GAP_S
