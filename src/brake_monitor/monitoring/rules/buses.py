@@ -1,9 +1,11 @@
 """Bus silent, bus fault: what is wrong is the CAN bus, not what is connected to it."""
 
-from brake_monitor.monitoring.alarm import Severity
+from math import inf
+
+from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import BusReport
-from brake_monitor.monitoring.rule import FINE, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 from brake_monitor.plural import plural
 from brake_monitor.samples import Quantity
@@ -12,6 +14,26 @@ from brake_monitor.settings.alarm_settings import BusFaultRule, BusSilentRule
 STANDS_MPS = 0.3
 SWITCHED_OFF = "the wagon stood, and the train may have been switched off; else "
 SHORTEST_TIMEOUTS = 2.0  # a bus with slow messages may be quiet for this many of their time-outs
+
+
+class _Unheard:
+    """Buses that an earlier run of the program has told of, until they are heard in this one."""
+
+    def __init__(self, for_s: float = 0.0) -> None:
+        """`for_s`: so long after it has begun they tell nothing yet."""
+        self._for_s = for_s
+        self._begun_s = inf
+        self._names: set[str] = set()
+
+    def resume(self, evidence: Values) -> None:
+        self._names.update(str(evidence.get("buses", "")).split(", "))
+
+    def see(self, seen: Observation) -> Verdict:
+        """FINE as soon as all of them have been heard, or are watched no more."""
+        self._begun_s = min(self._begun_s, seen.time_s)
+        until_s = self._begun_s + self._for_s
+        self._names &= {bus.name for bus in seen.buses if seen.time_s - bus.silent_s <= until_s}
+        return UNKNOWN if self._names else FINE
 
 
 class BusSilent:
@@ -26,23 +48,34 @@ class BusSilent:
     def __init__(self, settings: BusSilentRule) -> None:
         self.settings = settings
         self._stood = False  # the wagon, when its speed was last told
+        self._unheard = _Unheard()
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """All buses together."""
         if all(report.channel.quantity is not Quantity.SPEED for report in seen.inputs.not_good):
             self._stood = seen.estimate.speed_mps < STANDS_MPS
+        otherwise = self._unheard.see(seen)
         silent = [bus for bus in seen.buses if bus.silent_s >= self._limit_s(bus)]
         if not silent:
-            return (FINE,)
+            return (otherwise,)
         longest_s = max(bus.silent_s for bus in silent)
         return (
             Finding(
                 Severity.WARNING if self._stood else Severity.ALARM,
                 f"No frame for at least {longest_s:.0f} s on {names(silent)}: "
                 f"{SWITCHED_OFF if self._stood else ''}check power, wiring and the gateway's interface.",
-                {"buses": ", ".join(bus.name for bus in silent), "silent_s": longest_s},
+                {
+                    "buses": ", ".join(bus.name for bus in silent),
+                    "silent_s": longest_s,
+                    "stood": "yes" if self._stood else "no",
+                },
             ),
         )
+
+    def resume(self, _: int, evidence: Values) -> None:
+        """Go on with buses that were silent, perhaps of a train that was switched off."""
+        self._stood = evidence.get("stood") == "yes"
+        self._unheard.resume(evidence)
 
     def _limit_s(self, bus: BusReport) -> float:
         return max(self.settings.silent_s, SHORTEST_TIMEOUTS * bus.expected_within_s)
@@ -57,14 +90,16 @@ class BusFault:
     def __init__(self, settings: BusFaultRule) -> None:
         self.settings = settings
         self._earlier: dict[str, EarlierCount[int]] = {}  # error frames since the start, per bus
+        self._unheard = _Unheard(settings.window_s)
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """All buses together."""
+        otherwise = self._unheard.see(seen)
         lately = [self._error_frames_lately(bus, seen.time_s) for bus in seen.buses]
         off = [bus for bus in seen.buses if bus.is_off]
         noisy = [bus for bus, count in zip(seen.buses, lately, strict=True) if count >= self.settings.error_frames]
         if not off and not noisy:
-            return (FINE,)
+            return (otherwise,)
         most = max(lately)
         said = [f"{names(off)} is off or down"] if off else []
         if noisy:
@@ -81,6 +116,10 @@ class BusFault:
                 is_all=True,
             ),
         )
+
+    def resume(self, _: int, evidence: Values) -> None:
+        """Go on with buses that were off or noisy."""
+        self._unheard.resume(evidence)
 
     def _error_frames_lately(self, bus: BusReport, time_s: float) -> int:
         earlier = self._earlier.get(bus.name)
