@@ -99,6 +99,19 @@ def test_a_slide_that_was_too_short_to_be_told_is_no_part_of_a_later_one() -> No
     assert rule.closing_evidence(0)["sliding_distance_m"] == pytest.approx(30.0, rel=0.05)
 
 
+@pytest.mark.parametrize(("gap_s", "is_one"), [(1.0, True), (90.0, False)])
+@pytest.mark.parametrize("between", [WheelState.ROLLING, WheelState.UNKNOWN, WheelState.DOUBTFUL])
+def test_nor_where_nothing_was_known_in_between(between: WheelState, gap_s: float, *, is_one: bool) -> None:
+    """2 m twice, of which 3 are told."""
+    rule, verdicts = Slide(SlideRule(), 1), []
+    for k in range(1200):
+        slides = k in (100, 101) or 0 <= k - 102 - round(10 * gap_s) < 2
+        state = WheelState.SLIDING if slides else between
+        now = estimate(time_s=k / 10, speed_mps=20.0, wheelsets=(wheelset(slip=0.5 * slides),))
+        verdicts += rule.judge(observation(now, wheels=(state,)))
+    assert any(isinstance(verdict, Finding) for verdict in verdicts) is is_one
+
+
 def test_a_slide_that_is_not_told_yet_is_not_over_before_it_has_rolled_for_a_while() -> None:
     """2.5 m, of which 3 are told; then the wheelset rolls, and then nobody knows."""
     rule, verdicts = Slide(SlideRule(), 1), []

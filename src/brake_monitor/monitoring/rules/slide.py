@@ -78,6 +78,8 @@ class Slide:
 
     def _judge(self, i: int, state: WheelState, seen: Observation, step_s: float, acts_before: int) -> Verdict:
         now, own, slide = seen.estimate, seen.estimate.wheelsets[i], self._slides[i]
+        if slide and slide.sliding_m < self.settings.min_distance_m and self._ended_before(slide, now.time_s):
+            slide = self._slides[i] = None  # too short to be told of
         if state in UNTOLD:
             return UNKNOWN
         stands = now.speed_mps < STANDSTILL_MPS  # nothing slides any more, whatever the wheelset did before
@@ -108,12 +110,12 @@ class Slide:
         slide = self._slides[i]
         if slide is None:
             return FINE
-        slide.is_over = not 0.0 <= time_s - slide.ended_s < self.settings.clear_s
-        if slide.sliding_m < self.settings.min_distance_m:
-            if not slide.is_over:  # a slide that an earlier run has told of may go on
-                return UNKNOWN
-            self._slides[i] = None
-        return FINE
+        slide.is_over = self._ended_before(slide, time_s)
+        return UNKNOWN if slide.sliding_m < self.settings.min_distance_m else FINE
+
+    def _ended_before(self, slide: _Slide, time_s: float) -> bool:
+        """Whether it is too long ago for what comes now to go on with it."""
+        return not 0.0 <= time_s - slide.ended_s < self.settings.clear_s
 
     def _finding(self, i: int, slide: _Slide) -> Finding:
         settings = self.settings
