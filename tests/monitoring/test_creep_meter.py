@@ -61,3 +61,20 @@ def test_a_wheelset_that_stands_has_its_doubt_too() -> None:
     found = meter.creep(now)
     assert found is not None
     assert found[1].std(AVERAGE_S) == pytest.approx(1.0, rel=0.01)
+
+
+@pytest.mark.parametrize("rolls_s", [0.0, 5.0, 30.0])
+@pytest.mark.parametrize("turned", [0.97, 1.0])
+def test_what_a_wheelset_was_before_it_was_turned_does_not_count(turned: float, rolls_s: float) -> None:
+    """It stands for eight hours, rolls on, and is braked; without any free rolling nothing is known."""
+    meter = CreepMeter(SpeedRatios(CONTACT_N))
+    for begin_s, rolled_s, radius_m in ((0.0, 60.0, RADIUS_M), (8 * 3600.0, rolls_s, turned * RADIUS_M)):
+        for time_s in np.arange(begin_s, begin_s + rolled_s + 12.0, STEP_S).tolist():
+            creep, force_n = (CREEP, FULL_N) if time_s >= begin_s + rolled_s else (0.0, 0.0)
+            omegas = [SPEED_MPS * (1.0 - creep) / own_m for own_m in (radius_m, RADIUS_M)]
+            own = [wheelset(omega_radps=omega, pressing_force_n=force_n, slip=creep) for omega in omegas]
+            now = estimate(time_s=time_s, speed_mps=SPEED_MPS, saturated=False, wheelsets=tuple(own))
+            meter.note(now, (True, True))
+    found = meter.creep(now)
+    assert (found is None) is (rolls_s == 0.0)
+    assert [own.value for own in found or ()] == pytest.approx([CREEP] * 2 * (rolls_s > 0.0), rel=0.001)

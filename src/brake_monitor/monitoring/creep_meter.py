@@ -14,7 +14,7 @@ from msgspec import Struct
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, WheelsetEstimate
-from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS
+from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS, TURNED_S
 from brake_monitor.monitoring.passing_time import LastTime
 
 MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
@@ -95,6 +95,7 @@ class CreepMeter:
         self._ratios = ratios
         self._seen: Estimate | None = None
         self._held_s = -inf  # when it last did not roll freely, or was not known to
+        self._rolled_s = -inf  # when it last rolled freely
         self._free_s = 0.0
         self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
         self._free_noise_s: list[float] = []
@@ -112,9 +113,12 @@ class CreepMeter:
         self._seen = now
         ratios = self._ratios
         ratios.see(now)
+        if now.time_s - self._rolled_s > TURNED_S:
+            self._free_s = 0.0
         if not (ratios.is_free and all(known)):
             self._held_s = now.time_s
         if ratios.now and now.time_s - self._held_s > ROLLING_AGAIN_S:
+            self._rolled_s = now.time_s
             self._free_s = min(self._free_s + ratios.step_s, REFERENCE_S)
             share = ratios.step_s / self._free_s
             self._free = nearer(self._free or ratios.now, ratios.now, share)
