@@ -177,9 +177,11 @@ def test_what_is_wrong_with_the_data_is_told(tmp_path: Path) -> None:
     assert f"{number(100.0 * valid / every, 1)} % of {every} estimates are valid" in " ".join(summary(recording))
     counts = recording.decoder.counts
     counts.lost_frames, counts.error_frames, counts.short_frames, counts.out_of_range = 1, 1, 2, 3
+    counts.unknown_multiplexer = 5
     counts.bad_counter, counts.not_available = 4, 1  # a sender that froze is on the bus all the time
     said = (
-        "1 frame lost, by the counter in it; 1 error frame; 2 frames too short; 3 values out of range; "
+        "1 frame lost, by the counter in it; 1 error frame; 2 frames too short; "
+        "5 frames on a multiplexer page that the DBC does not describe; 3 values out of range; "
         "4 values with a counter that did not advance; 1 value that its sender did not have."
     )
     assert said in " ".join(summary(recording))

@@ -160,6 +160,7 @@ def _quality(recording: Recording) -> str:
         (counts.lost_frames, "frame", " lost, by the counter in it"),
         (counts.error_frames, "error frame", ""),
         (counts.short_frames, "frame", " too short"),
+        (counts.unknown_multiplexer, "frame", " on a multiplexer page that the DBC does not describe"),
         (counts.out_of_range, "value", " out of range"),
         (counts.bad_counter, "value", " with a counter that did not advance"),
         (counts.not_available, "value", " that its sender did not have"),
