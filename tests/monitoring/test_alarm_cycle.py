@@ -47,7 +47,7 @@ def test_of_what_lasts_the_weightiest_is_told_whatever_is_left_of_it_in_the_end(
     cycle = AlarmCycle("dragging_brake", 1, RuleSettings(debounce_s=0.0, clear_s=1.0))
 
     def told_of(time_s: float, force_n: float, *names: str) -> dict[str, float | str | None]:
-        cycle.see(at(time_s), Finding(Severity.ALARM, "", dict.fromkeys(names, force_n), weight=force_n))
+        cycle.see(at(time_s), Finding(Severity.ALARM, "", dict.fromkeys(names, force_n), weighed_by="force_n"))
         assert cycle.open is not None
         return dict(cycle.open.evidence)
 
@@ -62,6 +62,20 @@ def test_of_what_lasts_the_weightiest_is_told_whatever_is_left_of_it_in_the_end(
     cleared = cycle.see(at(102), FINE)
     assert cleared is not None
     assert told_of(120, 3e3, "force_n") == {"force_n": 3e3}  # another alarm
+
+
+def test_the_weightiest_is_told_after_a_restart_as_well() -> None:
+    def drags(force_n: float) -> Finding:
+        return Finding(Severity.ALARM, f"{force_n:.0f} N", {"force_n": force_n}, weighed_by="force_n")
+
+    alarm = AlarmCycle("dragging_brake", 1, RuleSettings(debounce_s=0.0)).see(at(0), drags(20e3))
+    assert alarm is not None
+    cycle = AlarmCycle("dragging_brake", 1, RuleSettings())
+    cycle.resume(alarm)
+    assert [cycle.see(at(60 + second), drags(5e3)) for second in range(60)] == [None] * 60
+    harder = cycle.see(at(120), drags(21e3))
+    assert harder is not None
+    assert (harder.message, harder.evidence) == ("21000 N", {"force_n": 21e3})
 
 
 @pytest.mark.parametrize("by_s", [3600.0, -3600.0])

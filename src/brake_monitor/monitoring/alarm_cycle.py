@@ -5,7 +5,7 @@ from math import inf
 from msgspec.structs import replace
 
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.alarm import Alarm
+from brake_monitor.monitoring.alarm import Alarm, number_in
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.rule import UNKNOWN, Finding, NoFinding, Suspicion, Verdict
 from brake_monitor.settings.alarm_settings import RuleSettings
@@ -38,7 +38,7 @@ class AlarmCycle:
         self._begun_s = self._given_s = -inf  # since when the open alarm is told of, and when it was given out last
         self._given: Alarm | None = None  # ... as what
         self._latches = True  # the open alarm was, at least once, found beyond doubt
-        self._weight = -inf  # of what is told of it
+        self._weight = -inf  # the greatest in this run
         self.open: Alarm | None = None  # as it stands now, newer than what was given out
         self.misled_by: MisledBy | None = None  # why estimates err, by the last verdict that says anything
 
@@ -77,7 +77,7 @@ class AlarmCycle:
         self._since_s = min(self._since_s, now.time_s)
         if now.time_s - self._since_s < self._settings.debounce_s:
             return None
-        self._since_s, self._latches, self._weight = inf, verdict.latches, verdict.weight
+        self._since_s, self._latches, self._weight = inf, verdict.latches, -inf
         self._begun_s = self._given_s = now.time_s
         comes_back = now.time_s - self._cleared_s < SOON_S and not self._is_event
         self._clear_s = self._longer_clear_s() if comes_back else self._settings.clear_s
@@ -115,11 +115,13 @@ class AlarmCycle:
         """Keep the weightiest of what is not less grave than before, or the newest, or all that is left of it."""
         less_grave = finding.severity.rank < alarm.severity.rank
         is_likewise = finding.evidence.keys() == alarm.evidence.keys()
-        lighter = is_likewise and finding.weight < LIGHTER * self._weight
+        weight = number_in(finding.evidence, finding.weighed_by)
+        greatest = max(self._weight, number_in(alarm.evidence, finding.weighed_by)) if is_likewise else -inf
+        lighter = weight < LIGHTER * greatest
         graver = finding.severity.rank > alarm.severity.rank
         is_news = finding.is_all or graver or not (less_grave or lighter)
         if is_news and finding.evidence != alarm.evidence:
-            self._weight = max(finding.weight, self._weight if is_likewise else -inf)
+            self._weight = max(weight, greatest)
             self.open = replace(
                 alarm,
                 severity=alarm.severity if less_grave else finding.severity,

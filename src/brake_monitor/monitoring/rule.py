@@ -20,7 +20,7 @@ class Finding(Struct, frozen=True):
     latches: bool = True  # if the rule's alarms do; False: it may yet prove to be nothing, and then clears by itself
     is_all: bool = False  # it lists all that is wrong now: it replaces what was told before, even if that was graver
     misled_by: MisledBy | None = None  # why estimates err meanwhile, which do not know of it
-    weight: float = 0.0  # while the condition lasts the weightiest finding is told; the newest where none weighs more
+    weighed_by: str = ""  # its number by which, while the condition lasts, the weightiest is told; without: the newest
 
 
 class Suspicion(Struct, frozen=True):

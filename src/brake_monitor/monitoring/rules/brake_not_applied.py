@@ -112,7 +112,7 @@ class BrakeNotApplied:
                 "others_creep": _of_others(i, creep) if creep else None,
                 "speed_mps": now.speed_mps,
             },
-            weight=others_n - own_n,
+            weighed_by="others_pressing_force_n",
         )
 
     def _others_may_drag(self, i: int, now: Estimate) -> bool:

@@ -135,7 +135,7 @@ class DraggingBrake:
                 "speed_mps": seen.estimate.speed_mps,
             },
             latches=is_likely,
-            weight=forces_n[i],
+            weighed_by="pressing_force_n",
         )
 
     def _are_through(self, released: list[int], time_s: float) -> bool:
