@@ -196,6 +196,26 @@ def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither(
     assert state(together) == state(singly)
 
 
+@pytest.mark.parametrize("rolling_mps", [0.48, 0.51, 0.6])
+def test_at_a_crawl_wheels_beside_a_speed_that_is_no_longer_told_do_the_same_in_both(rolling_mps: float) -> None:
+    """The vehicle's speed was 0.52 m/s when it was told last, more than two seconds ago."""
+    settings, channels = wagon()
+    together, singly = (
+        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
+    )
+    numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
+    rolling_radps = rolling_mps / settings.vehicle.wheel_radius_m[0]
+    rows = [(0, numbers[Quantity.SPEED], 0.52)]
+    rows += [(k, numbers[Quantity.AXLE_SPEED], rolling_radps) for k in range(1, 400, 2)]
+    step, number, value = (np.array(column) for column in zip(*rows, strict=True))
+    samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(len(rows), int(Quality.GOOD)))
+    for first in range(0, len(samples), 7):
+        together.see_together(samples, first, min(first + 7, len(samples)))
+    for sample in samples.at(np.arange(len(samples))):
+        singly.see(Sample(*sample))
+    assert state(together) == state(singly)
+
+
 @pytest.mark.parametrize("to_mps", [18.0, 22.0])
 @pytest.mark.parametrize("jump_at", range(20, 28))
 def test_a_vehicle_speed_that_jumps_is_seen_in_both(jump_at: int, to_mps: float) -> None:

@@ -127,7 +127,7 @@ class _WheelBlock:
         rolling_mps = omega_radps * wheel.radius_m
         vehicle_mps = vehicle.before(speeds.places)
         stands = vehicle_mps < STANDSTILL_MPS
-        turns = (vehicle_mps >= STANDSTILL_MPS) & (rolling_mps > ROLLS * vehicle_mps)
+        turns = (vehicle_mps >= STANDSTILL_MPS) & (rolling_mps > np.maximum(ROLLS * vehicle_mps, STANDSTILL_MPS))
         is_odd = ~(stands | turns)
         is_odd[1:] |= stands[1:] != stands[:-1]
         before = np.array(wheel.falls.speeds).reshape(-1, 2)
