@@ -155,6 +155,34 @@ def test_a_wheelset_that_never_turned_is_believed_to_stand_once_the_wagon_drags_
     assert states[320 - 1] is state
 
 
+@pytest.mark.parametrize("pressed", [False, True])
+@pytest.mark.parametrize(("fall_s", "state"), [(0.02, WheelState.CONTRADICTED), (0.8, WheelState.STOPPED)])
+def test_a_wheelset_that_fell_while_the_vehicles_speed_was_lost_is_judged_by_that(
+    fall_s: float, state: WheelState, *, pressed: bool
+) -> None:
+    """In a tunnel its sensor dies, or its brake locks it; it is braked as the vehicle's speed is told again."""
+    wagon, fell_s, tunnel_s = vehicle("wagon"), 30.0, (20.0, 50.0)
+    watch, radius_m, states, speed_mps = WheelWatch(wagon, CONTACT_N), wagon.wheel_radius_m[0], [], 25.0
+    for k in range(5500):
+        time_s = k / 100
+        force_n = 30e3 if time_s >= 45.0 or (pressed and time_s >= 29.0) else 0.0
+        speed_mps -= 0.01 * 0.3 * (force_n > 0.0)
+        turns = min(max(1.0 - (time_s - fell_s) / fall_s, 0.0), 1.0)
+        omegas_radps = (turns * speed_mps / radius_m, speed_mps / radius_m)
+        is_told = not tunnel_s[0] <= time_s < tunnel_s[1]
+        if is_told and k % 5 == 0:
+            show(watch, Sample(time_s, Quantity.SPEED, 0, speed_mps, Quality.GOOD))
+        for i, omega_radps in enumerate(omegas_radps):
+            show(watch, Sample(time_s, Quantity.AXLE_SPEED, i, omega_radps, Quality.GOOD))
+            show(watch, Sample(time_s, Quantity.PRESSING_FORCE, i, force_n, Quality.GOOD))
+        if k % 10 == 0:
+            seen = tuple(wheelset(slip=0.0, omega_radps=own, pressing_force_n=force_n) for own in omegas_radps)
+            now = estimate(time_s=time_s, speed_mps=speed_mps, wheelsets=seen)
+            states.append(watch.judge(now, [is_told, is_told])[0])
+    assert {*states[: 200 - 1]} == {WheelState.ROLLING}
+    assert states[-1] is state
+
+
 @pytest.mark.parametrize("lost", ["", "its own speed", "both"])
 def test_what_drags_before_and_after_speeds_were_lost_does_not_drag_for_long(lost: str) -> None:
     """Three seconds before and three after, in which the wagon is shoved back; a wheel speed never came."""

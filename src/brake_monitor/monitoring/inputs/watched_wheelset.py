@@ -56,6 +56,7 @@ class WatchedWheelset:
         self.turning = Turning(self.holding, self.falls, self.bursts)
         self.hardest_mps2 = self._stop_radps2_per_n * UNTOLD_N * self.radius_m  # by which any brake may slow it down
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
+        self._fell_s = inf  # when it was read to stand since, while the vehicle's speed was not told
         self._wagon_stood = False
         self.rolling_mps = 0.0
         self.stands_since_s = inf
@@ -86,8 +87,7 @@ class WatchedWheelset:
             return
         whole_s = time_s if rolling_mps >= WHOLE * speed_mps else None
         if time_s - self._vehicle_speed.time_s > TOLD_S:
-            if rolling_mps > STANDSTILL_MPS:
-                self.turn_on(time_s, omega_radps, rolling_mps, whole_s)
+            self._see_alone(time_s, omega_radps, rolling_mps, whole_s)
             return
         if rolling_mps > ROLLS * speed_mps:
             self.descent.rolls(time_s, whole_s)
@@ -96,11 +96,18 @@ class WatchedWheelset:
         if rolling_mps > TURNS_AGAIN * speed_mps:
             self.stands_since_s, self.decided = inf, None
         if rolling_mps > TURNS * speed_mps:
-            self._turned, self._wagon_stood = (time_s, omega_radps), False
+            self._turned, self._fell_s, self._wagon_stood = (time_s, omega_radps), inf, False
         elif rolling_mps < STANDS * speed_mps and speed_mps > WATCHED_FROM_MPS and self.stands_since_s == inf:
             self.stands_since_s = time_s
             self.origin = self._how(time_s, omega_radps)
             self.drops += self.origin is Origin.DROPPED and not self.fell_at_a_crawl
+
+    def _see_alone(self, time_s: float, omega_radps: float, rolling_mps: float, whole_s: float | None) -> None:
+        """Take one beside which nothing is known of the vehicle's speed."""
+        if rolling_mps > STANDSTILL_MPS:
+            self.turn_on(time_s, omega_radps, rolling_mps, whole_s)
+        else:
+            self._fell_s = min(self._fell_s, time_s)
 
     @property
     def fell_at_a_crawl(self) -> bool:
@@ -118,7 +125,7 @@ class WatchedWheelset:
     def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float, whole_s: float | None) -> None:
         """Take several speeds together at which it turns beyond doubt, the last one and the last that is `WHOLE`."""
         self.descent.rolls(time_s, whole_s)
-        self.rolling_mps, self._turned = rolling_mps, (time_s, omega_radps)
+        self.rolling_mps, self._turned, self._fell_s = rolling_mps, (time_s, omega_radps), inf
         self._wagon_stood, self.stands_since_s, self.decided = False, inf, None
 
     def stand_on(self, rolling_mps: float) -> None:
@@ -137,7 +144,7 @@ class WatchedWheelset:
         if self._turned is None:
             return Origin.UNSEEN
         turned_s, turned_radps = self._turned
-        fall_radps2 = (turned_radps - omega_radps) / max(time_s - turned_s, SHORTEST_FALL_S)
+        fall_radps2 = (turned_radps - omega_radps) / max(min(self._fell_s, time_s) - turned_s, SHORTEST_FALL_S)
         force_n = self.holding.largest_n
         possible = fall_radps2 <= self._stop_radps2_per_n * force_n and force_n >= self.holding.least_n
         return Origin.STOPPED if possible or self.descent.is_a_wheels() else Origin.DROPPED
