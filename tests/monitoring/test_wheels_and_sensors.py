@@ -280,6 +280,22 @@ def test_a_tunnel_beside_a_dead_wheel_speed_is_survived() -> None:
     assert set(alarms(tunnel(dies(recording(DRY).frames)))) == {("input_implausible", 1), ("input_lost", None)}
 
 
+@pytest.mark.parametrize("pause_s", [0.5, 3.0])
+@pytest.mark.parametrize("ended_s", [10.0, 13.0])
+def test_a_wheel_speed_that_is_known_to_be_dead_stops_no_wheelset_after_a_restart(
+    ended_s: float, pause_s: float
+) -> None:
+    """It died at 4 s; the program ends before or as the brake is applied, and goes on as it presses."""
+    frames = signal_changed("wheel speed", lambda _, __: 0.0, 4.0, inf)(recording(DRY).frames)
+    begun_s = EPOCH_S + max(ended_s + pause_s, 13.0)
+    first, second = (Pipeline.from_settings(settings()) for _ in range(2))
+    raised = [a for f in frames if f.time_s < EPOCH_S + ended_s for a in first.step(f).alarms]
+    second.resume(first.remembered())
+    raised += [a for f in frames if f.time_s >= begun_s for a in second.step(f).alarms]
+    assert {alarm.id for alarm in raised} == {raised[0].id}
+    assert (raised[0].kind, raised[0].wheelset) == ("input_implausible", 1)
+
+
 @pytest.mark.parametrize(("scenario", "cut_out_kmh"), [*product((STANDING, GENTLE, HARD), (5.5, 9.0)), (PULLED, 7.0)])
 def test_wheel_speed_sensors_that_cut_out_at_a_crawl_tell_nothing_of_the_rail(
     scenario: Scenario, cut_out_kmh: float

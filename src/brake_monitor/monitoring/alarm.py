@@ -32,6 +32,12 @@ def number_in(evidence: Values, name: str, otherwise: float = 0.0) -> float:
     return value if isinstance(value, int | float) else otherwise
 
 
+def signals_in(evidence: Values) -> list[tuple[str, str]]:
+    """The signals that it tells of, as in the DBC, and what was wrong with each."""
+    signals, conditions = (str(evidence.get(name, "")).split(", ") for name in ("signals", "conditions"))
+    return list(zip(signals, conditions, strict=False))
+
+
 class Alarm(Struct, frozen=True):
     """One alarm as it stands now; given out anew at each change (raised, updated, acknowledged, cleared)."""
 

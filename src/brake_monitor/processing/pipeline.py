@@ -205,6 +205,7 @@ class Pipeline:
             self.estimator.resume(learned)
         if remembered.brakes is not None:
             self.brake_book.resume(remembered.brakes)
+        self._input_judge.resume(remembered.open_alarms)
         self.monitor.resume(remembered.open_alarms)
 
     def apply(self, gauge: Gauge) -> None:

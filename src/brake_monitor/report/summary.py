@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from brake_monitor.estimation.estimate import Status
-from brake_monitor.monitoring.alarm import TELL_OF_SLIDES, Alarm, Severity
+from brake_monitor.monitoring.alarm import TELL_OF_SLIDES, Alarm, Severity, signals_in
 from brake_monitor.report.recording import Recording
 from brake_monitor.report.words import count, duration, number
 from brake_monitor.settings.alarm_settings import level_of
@@ -177,8 +177,7 @@ def _told_by_alarms(recording: Recording, faults: list[str]) -> list[str]:
     """What came and could not be used, or did not come, of signals that the faults found so far do not name."""
     told: dict[str, None] = {}
     for alarm in recording.alarms:
-        signals, conditions = (str(alarm.evidence.get(name, "")).split(", ") for name in ("signals", "conditions"))
-        for signal, condition in zip(signals, conditions, strict=False):
+        for signal, condition in signals_in(alarm.evidence):
             if condition and not any(fault.startswith(f"{signal} ") for fault in faults):
                 told[f"{signal} was {condition}"] = None
     return list(told)

@@ -1,6 +1,6 @@
 """What is to be thought of each mapped signal, in view of itself and of all the others."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,7 @@ from msgspec.structs import replace
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.alarm import Alarm, signals_in
 from brake_monitor.monitoring.creep_meter import SpeedRatios
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.dead_forces import DeadForces
@@ -27,6 +28,7 @@ from brake_monitor.samples import Channel, InputCondition, Measurand, Quality, Q
 from brake_monitor.settings.config import Settings
 
 GOOD = Quality.GOOD
+CONTRADICTED = InputCondition.CONTRADICTED
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # while one is not good it is taken to say 0
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
@@ -67,6 +69,13 @@ class InputJudge:
         self._forces = ForceWatch(settings.vehicle, settings.estimator, _by_sensor(channels), ratios)
         self._dead = DeadForces(contact_force_n)
         self._froze = frozenset[int]()  # as of the last observation
+
+    def resume(self, open_alarms: Iterable[Alarm]) -> None:
+        """Go on with wheel speeds that an earlier run has found to be wrong: at 0 such a wheelset need not stand."""
+        told = {pair for alarm in open_alarms for pair in signals_in(alarm.evidence)}
+        for report in self._alone.reports:
+            if report.channel.quantity is AXLE_SPEED and (report.channel.source, CONTRADICTED) in told:
+                self._wheels.wheels[report.channel.wheelset].was_contradicted = True
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
@@ -184,7 +193,7 @@ class InputJudge:
                 contradicted = i in found.stuck
             case _:
                 contradicted = False
-        return replace(report, condition=InputCondition.CONTRADICTED) if contradicted else report
+        return replace(report, condition=CONTRADICTED) if contradicted else report
 
 
 def _by_sensor(channels: Sequence[Channel]) -> list[list[int]]:

@@ -4,7 +4,7 @@ from collections.abc import Mapping, Set
 from math import inf
 
 from brake_monitor.estimation.known_inputs import RELEASED_N
-from brake_monitor.monitoring.alarm import Severity, Values
+from brake_monitor.monitoring.alarm import Severity, Values, signals_in
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -69,7 +69,7 @@ class InputLost:
 
     def resume(self, _: int, evidence: Values) -> None:
         """Go on with signals that were lost."""
-        self._unsure.update(named_in(evidence))
+        self._unsure.update(signal for signal, _ in signals_in(evidence))
 
     def _note_what_comes(self, seen: Observation) -> None:
         if not self._all_have_come:
@@ -134,7 +134,7 @@ class InputImplausible:
 
     def resume(self, _: int, evidence: Values) -> None:
         """Go on with signals that were wrong; they may be lost by now."""
-        self._unsure.update(named_in(evidence))
+        self._unsure.update(signal for signal, _ in signals_in(evidence))
 
     def _judge(self, wheelset: int | None, reports: list[InputReport], at_zero: Set[str]) -> Verdict:
         """`at_zero`: signals that were wrong, and say 0 now."""
@@ -187,11 +187,6 @@ def evidence(reports: list[InputReport], often: Mapping[Measurand, int] = NEVER)
             for r in reports
         ),
     }
-
-
-def named_in(evidence: Values) -> list[str]:
-    """The signals that it tells of, as in the DBC."""
-    return str(evidence.get("signals", "")).split(", ")
 
 
 def named(report: InputReport) -> str:
