@@ -296,6 +296,23 @@ def test_a_wheel_speed_that_is_known_to_be_dead_stops_no_wheelset_after_a_restar
     assert (raised[0].kind, raised[0].wheelset) == ("input_implausible", 1)
 
 
+@pytest.mark.parametrize("died_s", [4.0, 15.0], ids=["before the first braking", "in it"])
+@pytest.mark.parametrize("ended_s", [25.0, 29.0, 31.5])
+def test_a_pressing_force_that_is_known_to_be_dead_accuses_no_brake_after_a_restart(
+    ended_s: float, died_s: float
+) -> None:
+    """It says 0 from then on. The program ends between two brakings, or in the second one."""
+    demand = steps((12.0, 0.5), (20.0, 0.0), (30.0, 0.5), (40.0, 0.0))
+    twice = replace(DRY, initial_speed_mps=28.0, duration_s=45.0, demand=demand)
+    frames = signal_changed("pressing force", lambda _, __: 0.0, died_s, inf)(recording(twice).frames)
+    first, second = (Pipeline.from_settings(settings()) for _ in range(2))
+    raised = [a for f in frames if f.time_s < EPOCH_S + ended_s for a in first.step(f).alarms]
+    second.resume(first.remembered())
+    raised += [a for f in frames if f.time_s >= EPOCH_S + ended_s + 0.5 for a in second.step(f).alarms]
+    assert {alarm.id for alarm in raised} == {raised[0].id}
+    assert (raised[0].kind, raised[0].wheelset) == ("input_implausible", 1)
+
+
 @pytest.mark.parametrize(("scenario", "cut_out_kmh"), [*product((STANDING, GENTLE, HARD), (5.5, 9.0)), (PULLED, 7.0)])
 def test_wheel_speed_sensors_that_cut_out_at_a_crawl_tell_nothing_of_the_rail(
     scenario: Scenario, cut_out_kmh: float

@@ -23,6 +23,10 @@ class DeadForces:
         self._died: set[int] = set()  # in this brake application
         self._dead: set[int] = set()  # in an earlier one, and have not pressed since
 
+    def resume(self, i: int) -> None:
+        """Go on with one that an earlier run of the program has found to be wrong."""
+        self._dead.add(i)
+
     def see(self, time_s: float, forces_n: Sequence[float], impossible: Collection[int]) -> frozenset[int]:
         """Those that say that their brake does not press while the others do; `impossible`: what is thought of each."""
         if not (impossible or self._since_s or self._died or self._dead):  # the usual case

@@ -29,6 +29,7 @@ from brake_monitor.settings.config import Settings
 
 GOOD = Quality.GOOD
 CONTRADICTED = InputCondition.CONTRADICTED
+WRONG = (CONTRADICTED, InputCondition.IMPOSSIBLE)
 SPEED, AXLE_SPEED, PRESSING_FORCE = Quantity.SPEED, Quantity.AXLE_SPEED, Quantity.PRESSING_FORCE
 NONE_UNLESS_TOLD = {Quantity.WSP_ACTIVE, Quantity.WHEEL_TORQUE}  # while one is not good it is taken to say 0
 MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # of such a wheelset no slide is known
@@ -71,11 +72,15 @@ class InputJudge:
         self._froze = frozenset[int]()  # as of the last observation
 
     def resume(self, open_alarms: Iterable[Alarm]) -> None:
-        """Go on with wheel speeds that an earlier run has found to be wrong: at 0 such a wheelset need not stand."""
+        """Go on with speeds and forces that an earlier run has found to be wrong: 0 of them need not be true."""
         told = {pair for alarm in open_alarms for pair in signals_in(alarm.evidence)}
-        for report in self._alone.reports:
-            if report.channel.quantity is AXLE_SPEED and (report.channel.source, CONTRADICTED) in told:
-                self._wheels.wheels[report.channel.wheelset].was_contradicted = True
+        for channel in (report.channel for report in self._alone.reports):
+            if told.isdisjoint((channel.source, condition) for condition in WRONG):
+                continue
+            if channel.quantity is AXLE_SPEED:
+                self._wheels.wheels[channel.wheelset].was_contradicted = True
+            elif channel.quantity is PRESSING_FORCE:
+                self._dead.resume(channel.wheelset)
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
