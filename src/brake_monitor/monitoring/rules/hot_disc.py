@@ -49,6 +49,7 @@ class HotDisc:
             return FINE if temperature_c < settings.warning_c - settings.clear_margin_k else UNKNOWN
         if heat is None:
             heat = self._heats[i] = _Heat(time_s, temperature_c)
+        heat.since_s = min(heat.since_s, time_s)  # the clock may be set back
         heat.peak_c = max(heat.peak_c, temperature_c)
         heat.is_told |= time_s - heat.since_s >= settings.debounce_s
         is_alarm = temperature_c >= settings.alarm_c
