@@ -296,6 +296,33 @@ def test_a_wheel_speed_that_is_known_to_be_dead_stops_no_wheelset_after_a_restar
     assert (raised[0].kind, raised[0].wheelset) == ("input_implausible", 1)
 
 
+@pytest.mark.parametrize("which", [{1}, {1, 2}])
+def test_a_wheelset_that_stands_goes_on_to_be_told_after_a_restart(which: set[int]) -> None:
+    """Its brake locks it in the braking, and all are released: by itself a 0 would be that of a sensor."""
+    signals, until_s, begun_s = tuple(f"n_{'AB'[i - 1]}" for i in which), EPOCH_S + 20.0, EPOCH_S + 20.5
+    locks = changed("WSP", signals, lambda t, v: v * min(max((13.6 - t) / 0.6, 0.0), 1.0), 13.0, inf)
+    frames = locks(recording(DRY).frames)
+    first, second = (Pipeline.from_settings(settings()) for _ in range(2))
+    before = [a for f in frames if f.time_s < until_s for a in first.step(f).alarms]
+    second.resume(first.remembered())
+    after = [a for f in frames if f.time_s >= begun_s for a in second.step(f).alarms]
+    standing = {alarm.id for alarm in before if alarm.kind == "wheelset_not_rotating"}
+    assert {alarm.wheelset for alarm in before if alarm.id in standing} == which
+    assert not {alarm.kind for alarm in after} & {"input_implausible"}
+    still = {alarm.id: alarm for alarm in second.monitor.open_alarms() if alarm.id in standing}
+    assert set(still) == standing
+    for alarm in still.values():
+        now_m, then_m = alarm.evidence["dragged_m"], first_of(before, alarm.id).evidence["dragged_m"]
+        assert isinstance(now_m, float)
+        assert isinstance(then_m, float)
+        assert now_m > then_m + 50.0
+
+
+def first_of(alarms: list[Alarm], alarm_id: str) -> Alarm:
+    """The alarm as it was raised."""
+    return next(alarm for alarm in alarms if alarm.id == alarm_id)
+
+
 @pytest.mark.parametrize("died_s", [4.0, 15.0], ids=["before the first braking", "in it"])
 @pytest.mark.parametrize("ended_s", [25.0, 29.0, 31.5])
 def test_a_pressing_force_that_is_known_to_be_dead_accuses_no_brake_after_a_restart(

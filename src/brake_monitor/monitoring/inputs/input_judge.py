@@ -1,6 +1,6 @@
 """What is to be thought of each mapped signal, in view of itself and of all the others."""
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -20,6 +20,7 @@ from brake_monitor.monitoring.inputs.lone_inputs import LoneInputs
 from brake_monitor.monitoring.inputs.refusals import Refusals
 from brake_monitor.monitoring.inputs.scatter_watch import ScatterWatch
 from brake_monitor.monitoring.inputs.watched_force import ForceState
+from brake_monitor.monitoring.inputs.watched_wheelset import Origin
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.monitoring.misled import MisledBy
@@ -71,14 +72,18 @@ class InputJudge:
         self._dead = DeadForces(contact_force_n)
         self._froze = frozenset[int]()  # as of the last observation
 
-    def resume(self, open_alarms: Iterable[Alarm]) -> None:
-        """Go on with speeds and forces that an earlier run has found to be wrong: 0 of them need not be true."""
+    def resume(self, open_alarms: Sequence[Alarm]) -> None:
+        """Go on with wheelsets that stood, and with speeds and forces that were wrong: 0 of them need not be true."""
+        stood = {alarm.wheelset for alarm in open_alarms if alarm.kind == "wheelset_not_rotating"}
+        for i, wheel in enumerate(self._wheels.wheels, 1):
+            if i in stood:
+                wheel.unseen = Origin.STOPPED
         told = {pair for alarm in open_alarms for pair in signals_in(alarm.evidence)}
         for channel in (report.channel for report in self._alone.reports):
             if told.isdisjoint((channel.source, condition) for condition in WRONG):
                 continue
             if channel.quantity is AXLE_SPEED:
-                self._wheels.wheels[channel.wheelset].was_contradicted = True
+                self._wheels.wheels[channel.wheelset].unseen = Origin.DROPPED
             elif channel.quantity is PRESSING_FORCE:
                 self._dead.resume(channel.wheelset)
 

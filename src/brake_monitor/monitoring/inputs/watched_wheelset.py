@@ -58,7 +58,7 @@ class WatchedWheelset:
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._fell_s = inf  # when it was read to stand since, while the vehicle's speed was not told
         self._wagon_stood = False
-        self.was_contradicted = False  # as an earlier run of the program has told
+        self.unseen = Origin.UNSEEN  # how it came to stand before this run began, as an earlier one has told
         self.rolling_mps = 0.0
         self.stands_since_s = inf
         self.origin = Origin.UNSEEN
@@ -143,7 +143,7 @@ class WatchedWheelset:
         if self._wagon_stood:
             return Origin.STOOD
         if self._turned is None:
-            return Origin.DROPPED if self.was_contradicted else Origin.UNSEEN
+            return self.unseen
         turned_s, turned_radps = self._turned
         fall_radps2 = (turned_radps - omega_radps) / max(min(self._fell_s, time_s) - turned_s, SHORTEST_FALL_S)
         force_n = self.holding.largest_n
