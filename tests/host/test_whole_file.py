@@ -1,8 +1,11 @@
 """A file that appears whole or not at all."""
 
+import errno
+import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Never
 
 import pytest
 
@@ -30,6 +33,21 @@ def test_what_was_there_stays_until_the_new_one_is_complete(tmp_path: Path) -> N
         part.write_text("new")
     assert path.read_text() == "new"
     assert list(tmp_path.iterdir()) == [path]
+
+
+def test_a_disk_that_becomes_read_only_is_told_with_the_name_that_was_given(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Nothing can be removed from it either, the unfinished file included."""
+
+    def refuse(path: Path, *_: object, **__: object) -> Never:
+        raise OSError(errno.EROFS, os.strerror(errno.EROFS), str(path))
+
+    for change in ("replace", "unlink"):
+        monkeypatch.setattr(Path, change, refuse)
+    with pytest.raises(WorkError) as told, whole_file(tmp_path / "table.csv") as part:
+        part.write_text("new")
+    assert str(told.value) == f"{tmp_path / 'table.csv'}: cannot be written: Read-only file system"
 
 
 @pytest.mark.parametrize("was_there", [True, False])

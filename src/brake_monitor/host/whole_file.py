@@ -32,7 +32,8 @@ def whole_file(path: Path) -> Iterator[Path]:
                 part.replace(target)
     finally:
         if not is_special:
-            part.unlink(missing_ok=True)
+            with suppress(OSError):  # it has taken its place, or the disk takes no changes any more
+                part.unlink()
 
 
 def check_can_write(path: Path) -> None:
