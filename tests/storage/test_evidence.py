@@ -135,6 +135,27 @@ def test_the_files_are_a_log_a_table_and_the_state(tmp_path: Path) -> None:
     assert msgspec.json.decode(state.read_bytes(), type=State) == some("slide-1-17").state
 
 
+def test_a_power_cut_takes_nothing_back_that_was_written(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The names of files are on the disk once their folder is, which has to be after the last one got its name."""
+    done = list[str]()
+    replace, fsync = Path.replace, os.fsync
+
+    def note_name(part: Path, target: Path) -> Path:
+        done.append(f"named {target.suffix}")
+        return replace(part, target)
+
+    def note_kept(number: int) -> None:
+        path = Path(f"/proc/self/fd/{number}").readlink()
+        done.append("folder kept" if path == tmp_path else f"kept {path.suffix}")
+        fsync(number)
+
+    monkeypatch.setattr(Path, "replace", note_name)
+    monkeypatch.setattr(os, "fsync", note_kept)
+    EvidenceFolder(tmp_path, 10**6).write(some("slide"))
+    files = [step for suffix in (".log", ".csv", ".json") for step in (f"kept {suffix}", f"named {suffix}")]
+    assert done == [*files, "folder kept"]
+
+
 def test_writing_takes_little_more_memory_than_what_is_written(tmp_path: Path) -> None:
     """Of two minutes of a bus these are megabytes, which stay with the daemon once they were needed."""
     whole = some("slide", 20_000)

@@ -157,6 +157,11 @@ class EvidenceFolder:
                 stream.writelines(pieces)
                 stream.flush()
                 os.fsync(stream.fileno())
+        folder = os.open(self._folder, os.O_RDONLY | os.O_DIRECTORY | os.O_CLOEXEC)
+        try:
+            os.fsync(folder)  # the names of the files; without it a power cut leaves `.part-…`, if anything
+        finally:
+            os.close(folder)
 
     def _make_room(self, needed_bytes: int, name: str) -> None:
         for left in self._folder.glob(".part-*"):  # of a write that a power cut ended
