@@ -141,7 +141,8 @@ LAYERS = {
         within(
             "publishing",
             "encoding payloads payload_schemas about outbox published answers health open_metrics handover event_queue "
-            "zenoh_endpoints zenoh_session zenoh_callback zenoh_namesake zenoh_neighbour zenoh_link publisher",
+            "zenoh_endpoints zenoh_session zenoh_opening zenoh_callback zenoh_namesake zenoh_neighbour zenoh_link "
+            "publisher",
         ),
         "words host settings estimation monitoring processing",
     ),

@@ -14,9 +14,9 @@ import pytest
 import zenoh
 
 from brake_monitor.cli import main
-from brake_monitor.desk import fleet_listener
 from brake_monitor.desk.fleet_listener import LONGEST_REASON, ask, listen, patient_session, watcher_config
 from brake_monitor.errors import InputError, WorkError
+from brake_monitor.publishing import zenoh_opening
 from network import running as publishing
 from network import session
 from program import until
@@ -63,7 +63,8 @@ def refusing(monkeypatch: pytest.MonkeyPatch, why: str) -> list[str]:
         attempts.append(why)
         raise zenoh.ZError(why)
 
-    monkeypatch.setattr(fleet_listener, "zenoh", SimpleNamespace(open=refuse, ZError=zenoh.ZError))
+    zenoh_there = SimpleNamespace(open=refuse, ZError=zenoh.ZError, Session=zenoh.Session)
+    monkeypatch.setattr(zenoh_opening, "zenoh", zenoh_there)
     return attempts
 
 

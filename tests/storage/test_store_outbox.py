@@ -1,5 +1,6 @@
 """Events in the daemon's memory: another run finds them, and a disk that failed is tried anew."""
 
+import socket
 from errno import EIO
 from pathlib import Path
 
@@ -7,12 +8,14 @@ import pytest
 
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.processing.pipeline import Outputs
+from brake_monitor.publishing.publisher import Publisher
+from brake_monitor.settings.zenoh_settings import ZenohSettings
 from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_file import log_of
 from brake_monitor.storage.store_outbox import StoreOutbox
 from estimates import alarm
 from network import running, session
-from program import until
+from program import PATIENCE_S, until
 
 
 def test_events_outlive_the_publisher_in_the_memory(tmp_path: Path) -> None:
@@ -32,6 +35,28 @@ def test_events_outlive_the_publisher_in_the_memory(tmp_path: Path) -> None:
         assert str(reply.ok.key_expr) == "brake/v1/wagon-1/alarm/hot_disc/1"
     assert len(list(again.kept())) == 3
     again.close()
+
+
+def test_events_are_kept_while_a_router_accepts_the_session_and_says_nothing(tmp_path: Path) -> None:
+    """As where packets are lost on their way, in a tunnel: opening a client's session takes ten seconds each time."""
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox, kept = StoreOutbox(path, "wagon-1"), StoreOutbox(path, "wagon-1")
+    with socket.create_server(("127.0.0.1", 0)) as router:
+        router.settimeout(PATIENCE_S)
+        settings = ZenohSettings(mode="client", connect=(f"tcp/127.0.0.1:{router.getsockname()[1]}",))
+        publisher = Publisher(settings, "wagon-1", outbox=outbox)
+        publisher.give_up_waiting()
+        publisher.start()
+        silent, _ = router.accept()
+        publisher.publish(Outputs(None, (alarm(),)))
+        until(lambda: list(kept.kept()))
+        publisher.publish(Outputs(None, (alarm(cleared_time_s=1700000009.0),)))
+        publisher.close()
+        assert len(list(kept.kept())) == 2
+        assert not publisher._thread.is_alive()
+        silent.close()
+    kept.close()
 
 
 def test_a_memory_that_is_not_there_is_found_when_it_comes(tmp_path: Path) -> None:

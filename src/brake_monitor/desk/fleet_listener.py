@@ -15,6 +15,7 @@ from zenoh import ext
 from brake_monitor.errors import InputError, WorkError
 from brake_monitor.publishing.zenoh_callback import AwaitedCallback
 from brake_monitor.publishing.zenoh_endpoints import endpoint_fault, shown
+from brake_monitor.publishing.zenoh_opening import Opening
 from brake_monitor.publishing.zenoh_session import reason_of
 
 STATES = ("adhesion", "health", "meta", "axle/*/friction")
@@ -106,23 +107,13 @@ def _asked(config: zenoh.Config) -> str:
 
 
 def _opened(config: zenoh.Config, stopping: threading.Event) -> zenoh.Session | zenoh.ZError | None:
-    """A session, or why there is none; None when told to stop before.
-
-    Beside a router that accepts and says nothing, opening one takes seconds in which it hears no signal.
-    """
-    found: list[zenoh.Session | zenoh.ZError] = []
-
-    def attempt() -> None:
-        try:
-            found.append(zenoh.open(config))
-        except zenoh.ZError as error:
-            found.append(error)
-
-    opener = threading.Thread(target=attempt, name="opening Zenoh", daemon=True)
-    opener.start()
-    while opener.is_alive() and not stopping.is_set():
-        opener.join(LOOK_AROUND_S)
-    return found[0] if found else None
+    """A session, or why there is none; None when told to stop before."""
+    opening = Opening(config)
+    while (found := opening.found(LOOK_AROUND_S)) is None:
+        if stopping.is_set():
+            opening.give_up()
+            return None
+    return found
 
 
 def listen(session: zenoh.Session, keys: str, listener: Hears, stack: ExitStack) -> None:

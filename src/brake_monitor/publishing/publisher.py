@@ -28,6 +28,7 @@ from brake_monitor.publishing.payloads import HealthMessage, Message, MetaMessag
 from brake_monitor.publishing.published import Payload, Published, PublishedEstimate
 from brake_monitor.publishing.zenoh_endpoints import chooses_port, endpoints_of
 from brake_monitor.publishing.zenoh_link import ZenohLink
+from brake_monitor.publishing.zenoh_opening import Opening
 from brake_monitor.publishing.zenoh_session import reason_of, session_config
 from brake_monitor.settings.key_space import KeySpace
 from brake_monitor.settings.wear_settings import WearSettings
@@ -137,7 +138,7 @@ class Publisher:
         if self._thread.is_alive():
             self._thread.join(CLOSE_S)
         if self._thread.is_alive():
-            who = "the router does not answer" if self._looking else "a router, a subscriber or the machine hangs"
+            who = "a router, a subscriber or the machine hangs"
             log.warning("the Zenoh session has not closed within %.1f s: %s; leaving it", CLOSE_S, who)
 
     # -- the thread --------------------------------------------------------------------------------------------
@@ -173,8 +174,13 @@ class Publisher:
         config = session_config(self._settings, events.source)
         answerer = Answerer(self._keys, self._published, self._settings.encoding)
         while True:
+            opened = self._opened(config, events)
+            if opened is None:
+                return None
             try:
-                return self._link(zenoh.open(config), answerer)
+                if isinstance(opened, zenoh.ZError):
+                    raise opened
+                return self._link(opened, answerer)
             except zenoh.ZError as error:
                 reason = reason_of(error)
                 if self._settings.mode == "peer":
@@ -183,10 +189,23 @@ class Publisher:
                 if not self._tried.is_set():
                     log.warning("no Zenoh router yet, still trying: %s", reason)
                     self._tried.set()
-                closing = self._handover.is_closed_within(RETRY_S)
-                self._take_events(events)
-                if closing:
+                if self._is_closed_within(RETRY_S, events):
                     return None
+
+    def _opened(self, config: zenoh.Config, events: EventQueue) -> zenoh.Session | zenoh.ZError | None:
+        """A session, or why there is none; None when closed before. Events are kept meanwhile."""
+        opening = Opening(config)
+        while (found := opening.found(TURN_S)) is None:
+            if self._is_closed_within(0.0, events):
+                opening.give_up()
+                return None
+        return found
+
+    def _is_closed_within(self, span_s: float, events: EventQueue) -> bool:
+        """Wait for so long, or until nothing more will be given; whether that is so. All that was given is kept."""
+        closing = self._handover.is_closed_within(span_s)
+        self._take_events(events)
+        return closing
 
     def _link(self, session: zenoh.Session, answerer: Answerer) -> ZenohLink:
         """Declare everything in a session; a session in which that fails is closed."""
