@@ -196,9 +196,9 @@ CAPABILITIES = {
     "prometheus_client": "publishing.open_metrics",
     "rich": "desk.progress desk.*_panel commands.watch",
     "socket": "bus.can_link bus.can_socket daemon.sd_notify commands.dashboard",
-    "threading": "host.processes host.stop_signals storage.memory_* publishing.published publishing.handover "
-    "publishing.zenoh_* publishing.publisher daemon.bus_reader daemon.buses daemon.succession desk.fleet_listener "
-    "dashboard.fleet dashboard.hearing commands.demo commands.watch",
+    "threading": "host.processes host.stop_signals storage.store_outbox storage.memory_* publishing.published "
+    "publishing.handover publishing.zenoh_* publishing.publisher daemon.bus_reader daemon.buses daemon.succession "
+    "desk.fleet_listener dashboard.fleet dashboard.hearing commands.demo commands.watch",
     "queue": "host.stop_signals publishing.zenoh_* daemon.bus_reader daemon.buses dashboard.hearing",
     "signal": "host.processes host.stop_signals commands.run commands.dashboard cli __main__",
     "time": "host.pacing bus.python_can_bus storage.memory_writer publishing.event_queue publishing.zenoh_* "

@@ -25,6 +25,7 @@ from brake_monitor.storage import memory_writer
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME
 from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_batch import Batch
 from brake_monitor.storage.store_file import StoreError
 from brake_states import WHEELSETS, batch
 from program import until
@@ -280,6 +281,32 @@ def test_a_disk_that_hangs_holds_a_new_configuration_up_and_no_more(
         until(lambda: "listening on" in caplog.text)
         assert daemon._memory is not before
         assert "does not work" not in caplog.text
+
+
+def test_events_are_kept_before_a_new_configuration_numbers_more(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Two at a time would write over each other's."""
+    told, waits, goes_on, write = list[str](), threading.Event(), threading.Event(), Store.write
+
+    def hang_with_events(store: Store, what: Batch) -> None:
+        if what.messages:
+            waits.set()
+            assert goes_on.wait(PATIENCE_S)
+        write(store, what)
+
+    monkeypatch.setattr(succession, "notify", lambda *assignments: told.extend(assignments))
+    monkeypatch.setattr(Store, "write", hang_with_events)
+    with running(config, caplog) as daemon:
+        assert waits.wait(PATIENCE_S)
+        before = daemon._outbox
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "STATUS=waiting: the disk does not answer" in told)
+        assert not daemon._memory.is_writing
+        assert daemon._outbox is before
+        goes_on.set()
+        until(lambda: "listening on" in caplog.text)
+        assert daemon._outbox is not before
 
 
 def test_going_back_waits_for_the_disk_of_what_could_not_be_opened_as_well(

@@ -1,6 +1,7 @@
 """Events in the daemon's memory: another run finds them, and a disk that failed is tried anew."""
 
 import socket
+import threading
 from errno import EIO
 from pathlib import Path
 
@@ -10,10 +11,12 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.processing.pipeline import Outputs
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.settings.zenoh_settings import ZenohSettings
+from brake_monitor.storage import store_outbox
 from brake_monitor.storage.store import Store
+from brake_monitor.storage.store_batch import Batch
 from brake_monitor.storage.store_file import log_of
 from brake_monitor.storage.store_outbox import StoreOutbox
-from estimates import alarm
+from estimates import alarm, estimate
 from network import running, session
 from program import PATIENCE_S, until
 
@@ -57,6 +60,66 @@ def test_events_are_kept_while_a_router_accepts_the_session_and_says_nothing(tmp
         assert not publisher._thread.is_alive()
         silent.close()
     kept.close()
+
+
+def hanging_disk(monkeypatch: pytest.MonkeyPatch) -> threading.Event:
+    """A disk that takes nothing more until it is let go on."""
+    goes_on, write = threading.Event(), Store.write
+
+    def hang(store: Store, batch: Batch) -> None:
+        assert goes_on.wait(PATIENCE_S)
+        write(store, batch)
+
+    monkeypatch.setattr(Store, "write", hang)
+    return goes_on
+
+
+def test_a_disk_that_hangs_holds_no_publication_up(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Else nobody heard that the memory fails, and the watchdog would have the daemon started anew."""
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox, kept = StoreOutbox(path, "wagon-1"), StoreOutbox(path, "wagon-1")
+    goes_on = hanging_disk(monkeypatch)
+    with (
+        running(outbox=outbox) as publisher,
+        session(publisher.endpoints[0]) as other,
+        other.declare_subscriber("brake/v1/wagon-1/*") as heard,
+    ):
+        for number in (1, 2):
+            publisher.publish(Outputs(None, (alarm(id=f"a-{number}"),)))
+            until(lambda number=number: publisher.counters.events_sent == number)
+        until(lambda: publisher.publish(Outputs(estimate())) or heard.try_recv())
+        assert publisher.counters.publish_failures == 2
+        assert publisher.heartbeat_age_s() < 5.0
+        assert outbox.is_writing
+        publisher.close()
+        assert not publisher._thread.is_alive()
+        with pytest.raises(WorkError, match="no more events are kept"):
+            outbox.keep({3: b"of a run that is over"})
+        goes_on.set()
+        until(lambda: not outbox.is_writing)
+        assert outbox._store is None
+    assert len(list(kept.kept())) == 1  # which the disk had begun with
+    kept.close()
+
+
+def test_what_a_disk_that_hung_has_not_kept_is_kept_with_what_comes_next(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(store_outbox, "KEPT_WITHIN_S", 0.0)
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox = StoreOutbox(path, "wagon-1")
+    goes_on = hanging_disk(monkeypatch)
+    for messages in ({1: b"a"}, {1: b"a", 2: b"b"}):
+        with pytest.raises(WorkError, match="the disk does not answer"):
+            outbox.keep(messages)
+    goes_on.set()
+    until(lambda: not outbox.is_writing)
+    monkeypatch.setattr(store_outbox, "KEPT_WITHIN_S", PATIENCE_S)
+    outbox.keep({1: b"a", 2: b"b", 3: b"c"})
+    assert list(outbox.kept()) == [b"a", b"b", b"c"]
+    outbox.close()
 
 
 def test_a_memory_that_is_not_there_is_found_when_it_comes(tmp_path: Path) -> None:

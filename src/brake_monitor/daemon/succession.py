@@ -55,6 +55,7 @@ class Daemon:
         self._old: Pipeline | None = None  # likewise, to go back to when what takes over cannot be opened
         self._remark = ""  # of the next service, for systemd's status
         self._memory: Memory | None = None
+        self._outbox: StoreOutbox | None = None
         self._was_ready = False  # a service has been ready
 
     def stop(self) -> None:
@@ -98,7 +99,8 @@ class Daemon:
         memory = outbox = publisher = None
         self._await_disk()
         if directory is not None and not self._stopping.is_set():
-            outbox = StoreOutbox(directory / FILE_NAME, settings.vehicle.id)
+            outbox = self._outbox = StoreOutbox(directory / FILE_NAME, settings.vehicle.id)
+            stack.callback(outbox.close)  # a publisher that hangs must not number events beside the next one
             memory = self._memory = stack.enter_context(Memory(pipeline, directory))  # also of what fails below
             memory.resume()
         if settings.zenoh.enabled:
@@ -122,9 +124,11 @@ class Daemon:
         return service
 
     def _await_disk(self) -> None:
-        """Wait until the memory before has written its last and let go of its lock; the watchdog limits how long."""
-        while self._memory is not None and self._memory.is_writing and not self._stopping.wait(WAIT_FOR_DISK_S):
+        """Wait until memory and outbox of before have written their last; the watchdog limits how long."""
+        while any(one is not None and one.is_writing for one in (self._memory, self._outbox)):
             notify("STATUS=waiting: the disk does not answer")
+            if self._stopping.wait(WAIT_FOR_DISK_S):
+                return
 
     def _open_buses(self, service: Service) -> None:
         """Open the buses; for a service that takes over, one that is down now has failed like any other."""

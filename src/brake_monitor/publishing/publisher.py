@@ -147,7 +147,7 @@ class Publisher:
         try:
             self._publish()
         finally:
-            self._outbox.close()  # nowhere else: closing a file that hangs in a write holds up every thread
+            self._outbox.close()
 
     def _publish(self) -> None:
         try:
