@@ -376,6 +376,32 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
         assert "does not work" not in told[-1]
 
 
+def test_buses_of_what_could_not_be_opened_are_given_back(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Some drivers let a channel be opened only once: the configuration that is gone back to needs it."""
+    in_use, opened, close = set[PythonCanBus](), PythonCanBus.__init__, PythonCanBus.close
+
+    def note_open(ear: PythonCanBus, *what: Any) -> None:
+        opened(ear, *what)
+        in_use.add(ear)
+
+    def note_closed(ear: PythonCanBus) -> None:
+        close(ear)
+        in_use.remove(ear)
+
+    monkeypatch.setattr(PythonCanBus, "__init__", note_open)
+    monkeypatch.setattr(PythonCanBus, "close", note_closed)
+    monkeypatch.setattr(publisher, "OPEN_S", PATIENCE_S)
+    with running(config, caplog) as daemon, socket.create_server(("127.0.0.1", 0)) as other:
+        config.write_text(f'{config.read_text()}[zenoh]\nlisten = ["tcp/127.0.0.1:{other.getsockname()[1]}"]\n')
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "does not work" in caplog.text)
+        until(lambda: "listening on" in caplog.text)
+        assert len(in_use) == 2
+    assert not in_use
+
+
 def test_it_ends_while_a_router_accepts_it_and_says_nothing(
     config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -37,6 +37,7 @@ class Buses:
             )
             for bus in configured
         ]
+        self._unfinished = list(self._readers)
         self._order = CaptureOrder(len(configured))
         self._told_down = dict.fromkeys((bus.name for bus in configured), False)
 
@@ -67,10 +68,10 @@ class Buses:
         self._arrived.put(None)
 
     def finish(self) -> None:
-        """Close them."""
+        """Close them; a second call does nothing."""
         self._stopping.set()
-        for reader in reversed(self._readers):
-            reader.finish()
+        while self._unfinished:
+            self._unfinished.pop().finish()
 
     def take(self) -> list[Frame]:
         """Wait for a frame and take those that are there as well, in the order of their capture."""

@@ -109,6 +109,7 @@ class Daemon:
             )
         self._memory, self._publisher = memory, publisher
         self._service = service = Service(pipeline, publisher, memory)
+        stack.callback(service.buses.finish)  # also where it never runs
         service.remark, self._remark = self._remark, ""
         if self._stopping.is_set():
             service.stop()
