@@ -376,22 +376,48 @@ def test_going_back_to_the_old_configuration_is_not_held_up_by_a_bus_that_is_dow
         assert "does not work" not in told[-1]
 
 
-def test_buses_of_what_could_not_be_opened_are_given_back(
-    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """Some drivers let a channel be opened only once: the configuration that is gone back to needs it."""
-    in_use, opened, close = set[PythonCanBus](), PythonCanBus.__init__, PythonCanBus.close
+def exclusive_channels(monkeypatch: pytest.MonkeyPatch) -> dict[PythonCanBus, str]:
+    """Channels that can be opened only once, as with some drivers: what is open."""
+    in_use, opened, close = dict[PythonCanBus, str](), PythonCanBus.__init__, PythonCanBus.close
 
-    def note_open(ear: PythonCanBus, *what: Any) -> None:
-        opened(ear, *what)
-        in_use.add(ear)
+    def open_once(ear: PythonCanBus, bus: CanBus, filters: Any) -> None:
+        if bus.channel in in_use.values():
+            raise OSError("it is in use")
+        opened(ear, bus, filters)
+        in_use[ear] = bus.channel
 
     def note_closed(ear: PythonCanBus) -> None:
         close(ear)
-        in_use.remove(ear)
+        del in_use[ear]
 
-    monkeypatch.setattr(PythonCanBus, "__init__", note_open)
+    monkeypatch.setattr(PythonCanBus, "__init__", open_once)
     monkeypatch.setattr(PythonCanBus, "close", note_closed)
+    return in_use
+
+
+def test_a_bus_that_is_listened_to_already_is_not_opened_to_try_it(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """What it is called, and which files tell of it, is no matter of the bus."""
+    in_use = exclusive_channels(monkeypatch)
+    with running(config, caplog) as daemon:
+        text = config.read_text()
+        for name, also in (("a", "a"), ("b", "second")):
+            (config.parent / f"{also}.dbc").write_bytes(example_config("wagon").with_suffix(".dbc").read_bytes())
+            table = bus_table(config, name, example_config("wagon"))
+            renamed = bus_table(config, name, config.parent / f"{also}.toml").replace(f'"{name}"', f'"{also}"')
+            text = text.replace(table, renamed)
+        config.write_text(text)
+        assert "is good" in answered(daemon, caplog)
+        until(lambda: "listening on" in caplog.text)
+        assert len(in_use) == 2
+
+
+def test_buses_of_what_could_not_be_opened_are_given_back(
+    config: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """The configuration that is gone back to may need them."""
+    in_use = exclusive_channels(monkeypatch)
     monkeypatch.setattr(publisher, "OPEN_S", PATIENCE_S)
     with running(config, caplog) as daemon, socket.create_server(("127.0.0.1", 0)) as other:
         config.write_text(f'{config.read_text()}[zenoh]\nlisten = ["tcp/127.0.0.1:{other.getsockname()[1]}"]\n')

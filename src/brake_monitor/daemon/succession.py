@@ -18,7 +18,7 @@ from brake_monitor.publishing.open_metrics import open_metrics
 from brake_monitor.publishing.publisher import Publisher
 from brake_monitor.publishing.zenoh_endpoints import naming_endpoints
 from brake_monitor.publishing.zenoh_session import session_config
-from brake_monitor.settings.config import Settings
+from brake_monitor.settings.config import CanBus, Settings
 from brake_monitor.settings.config_file import load_settings
 from brake_monitor.storage.memory import Memory
 from brake_monitor.storage.memory_directory import FILE_NAME, MemoryDirectory, state_directory
@@ -39,6 +39,11 @@ def load(config: Path) -> Pipeline:
     with naming_endpoints(settings.path):
         session_config(settings.zenoh)  # refuses what is malformed
     return Pipeline.from_settings(settings)
+
+
+def _as_opened(bus: CanBus) -> tuple[str, str, bool]:
+    """What of a bus matters where it is opened; some drivers let that be done only once at a time."""
+    return bus.interface, bus.channel, bus.allow_active
 
 
 class Daemon:
@@ -176,8 +181,9 @@ class Daemon:
         successor = load(self._config)
         self._refuse_another_vehicle(successor.settings)
         self._try_directory(successor.settings)
+        known = {_as_opened(bus) for bus in self._unused.settings.can}
         for bus in successor.settings.can:
-            if bus not in self._unused.settings.can:
+            if _as_opened(bus) not in known:
                 open_bus(bus, []).close()
         return successor
 
