@@ -70,7 +70,6 @@ class Publisher:
         self._is_awaited = True  # by `start`, to raise what goes wrong
         self._failure: BrakeMonitorError | None = None
         self._begun_s = self._beat_s = time.monotonic()
-        self._looking = True
         self._thread = threading.Thread(target=self._run, name="zenoh", daemon=True)
 
     def __enter__(self) -> Self:
@@ -87,6 +86,7 @@ class Publisher:
 
         WorkError when an endpoint cannot be listened on, InputError when it makes no sense.
         """
+        self._beat_s = time.monotonic()
         self._thread.start()
         self._is_awaited = self._tried.wait(OPEN_S)
         if self._failure is not None:
@@ -128,9 +128,8 @@ class Publisher:
         """Seconds since the thread last completed a turn; it does so several times a second when all is well.
 
         Turns no longer count once the thread that answers questions has ended, which it does of an error of ours.
-        0 while a router is looked for: an attempt may take long, and nothing else waits for it.
         """
-        return 0.0 if self._looking else time.monotonic() - self._beat_s
+        return time.monotonic() - self._beat_s
 
     def close(self) -> None:
         """Send what waits, say good-bye and end the thread, within CLOSE_S; a second call does nothing."""
@@ -159,7 +158,6 @@ class Publisher:
                 log.warning("%s; nothing is published", error)
             return
         finally:
-            self._beat_s, self._looking = time.monotonic(), False
             self._tried.set()
         if link is not None:
             try:
@@ -205,6 +203,7 @@ class Publisher:
         """Wait for so long, or until nothing more will be given; whether that is so. All that was given is kept."""
         closing = self._handover.is_closed_within(span_s)
         self._take_events(events)
+        self._beat_s = time.monotonic()
         return closing
 
     def _link(self, session: zenoh.Session, answerer: Answerer) -> ZenohLink:
