@@ -127,6 +127,17 @@ def some(name: str, count: int = 100) -> Evidence:
     return Evidence(state, frames.between(0.0, count), estimates.between(0.0, inf))
 
 
+@pytest.mark.parametrize("by_s", [20.0, 3600.0, -3600.0])
+def test_a_clock_that_is_set_takes_nothing_from_evidence_that_awaits_its_end(by_s: float) -> None:
+    """It is written over what was written at once."""
+    recorder = EvidenceRecorder(SETTINGS)
+    (at_once,) = drive(recorder, 0, 103, alarm(raised_time_s=100.0))
+    recorder.see_frames([frame(102.0 + by_s)])
+    (whole,) = recorder.turn(102.0 + by_s, [])
+    assert [one.time_s for one in whole.frames] == [*(one.time_s for one in at_once.frames), 101.0, 102.0]
+    assert whole.state == at_once.state
+
+
 def test_the_files_are_a_log_a_table_and_the_state(tmp_path: Path) -> None:
     EvidenceFolder(tmp_path / "evidence", 10**6).write(some("slide-1-17"))
     log, table, state = (tmp_path / "evidence" / f"slide-1-17{suffix}" for suffix in (".log", ".csv", ".json"))

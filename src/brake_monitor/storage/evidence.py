@@ -92,6 +92,10 @@ class EvidenceRecorder:
 
     def turn(self, time_s: float, alarms: Sequence[Alarm]) -> list[Evidence]:
         """Time went on to `time_s`, these alarms changed: the evidence that is to be written (anew)."""
+        # An alarm that silence has raised may be newer than frames that were still underway.
+        complete = [alarm for alarm in self._awaited if abs(time_s - alarm.raised_time_s) >= self._after_s]
+        self._awaited = [alarm for alarm in self._awaited if alarm not in complete]
+        evidence = [self._evidence(alarm) for alarm in complete]  # before any of it is forgotten
         # A clock that was set: nothing fits together.
         if isfinite(self._now_s) and abs(time_s - self._now_s) > self._before_s + self._after_s:
             self._forget_all_but(time_s)
@@ -104,10 +108,8 @@ class EvidenceRecorder:
                 self._known.add(alarm.id)
             else:
                 self._known.discard(alarm.id)
-        # An alarm that silence has raised may be newer than frames that were still underway.
-        complete = [alarm for alarm in self._awaited if abs(time_s - alarm.raised_time_s) >= self._after_s]
-        self._awaited = [alarm for alarm in self._awaited if alarm not in complete] + raised
-        return [self._evidence(alarm) for alarm in (*raised, *complete)]
+        self._awaited += raised
+        return [*map(self._evidence, raised), *evidence]
 
     def finish(self) -> list[Evidence]:
         """The program ends: the incomplete evidence, as far as it goes."""
