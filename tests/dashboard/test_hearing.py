@@ -94,6 +94,16 @@ def test_who_came_often_and_does_not_answer_is_asked_again_once(monkeypatch: pyt
         hears._next_to_ask()
 
 
+def test_who_comes_and_goes_again_and_again_is_asked_for_its_past_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(hearing, "ask", lambda *_: 1)
+    fleet = Fleet("brake/v1")
+    hears = Hearing(fleet, zenoh.Config())
+    fleet.watched.lives(WAGON, True)
+    for _ in range(3):
+        hears._ask_now(None, "wagon-1")  # type: ignore[arg-type]
+    assert len(hears._pasts) == 1
+
+
 def test_a_question_that_cannot_be_put_is_not_answered() -> None:
     """It ends no thread of whoever asks."""
     config = zenoh.Config()
@@ -106,7 +116,7 @@ def test_a_question_that_cannot_be_put_is_not_answered() -> None:
 def test_the_past_of_the_wagon_that_is_looked_at_is_asked_for_first() -> None:
     fleet = Fleet("brake/v1")
     hears = Hearing(fleet, zenoh.Config())
-    hears._pasts.extend(Past(name, None, 1) for name in ("a", "b", "c", "d"))
+    hears._pasts |= {name: Past(name, None, 1) for name in ("a", "b", "c", "d")}
     asked = []
     for fleet.looked_at in ("c", "none", None, "d"):
         asked.append(hears._next_past().wagon)

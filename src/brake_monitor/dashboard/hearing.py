@@ -2,7 +2,6 @@
 
 import threading
 import time
-from collections import deque
 from contextlib import ExitStack, suppress
 from queue import Empty, Full, Queue
 from typing import NamedTuple
@@ -38,7 +37,7 @@ class Hearing:
         self._stopping = threading.Event()
         self._to_ask: Queue[str] = Queue(WAITING)
         self._to_ask_again: dict[str, float] = {}  # whom, and from when on; the earliest first
-        self._pasts: deque[Past] = deque()
+        self._pasts: dict[str, Past] = {}  # by wagon, whoever waits longest first
         self._thread = threading.Thread(target=self._run, name="hearing", daemon=True)
 
     def start(self) -> None:
@@ -115,13 +114,12 @@ class Hearing:
         with self._fleet.lock:
             parts = [_parts(sample) for sample in alarms]
             self._fleet.take_alarms(name, parts, time.monotonic())
-        self._pasts.append(Past(name, None, PAGES))
+        self._pasts[name] = Past(name, None, PAGES)
 
     def _next_past(self) -> Past:
         """The wagon whose page is open comes first."""
-        wanted = next((past for past in self._pasts if past.wagon == self._fleet.looked_at), self._pasts[0])
-        self._pasts.remove(wanted)
-        return wanted
+        wanted = self._fleet.looked_at
+        return self._pasts.pop(wanted if wanted in self._pasts else next(iter(self._pasts)))
 
     def _ask_past(self, session: zenoh.Session, past: Past) -> None:
         """Ask a daemon for a page of its last minutes, the newest first; the page before it waits for the others."""
@@ -133,7 +131,7 @@ class Hearing:
         with self._fleet.lock:
             oldest_s = self._fleet.take_past(name, [_parts(sample) for sample in page])
         if pages > 1 and oldest_s not in (None, to_s):
-            self._pasts.append(Past(name, oldest_s, pages - 1))
+            self._pasts[name] = Past(name, oldest_s, pages - 1)
 
 
 def _parts(sample: zenoh.Sample) -> tuple[str, str, bytes]:
