@@ -1,6 +1,8 @@
 """Health as other tools scrape it: real HTTP, read by the standard client library's own parser."""
 
 import socket
+import struct
+import threading
 import urllib.request
 from pathlib import Path
 
@@ -9,13 +11,14 @@ from prometheus_client.openmetrics.parser import text_string_to_metric_families
 
 from brake_monitor.errors import WorkError
 from brake_monitor.estimation.estimate import Status
+from brake_monitor.publishing import open_metrics as open_metrics_module
 from brake_monitor.publishing.about import VERSIONS
 from brake_monitor.publishing.health import Counters, health_of
 from brake_monitor.publishing.open_metrics import open_metrics
 from brake_monitor.publishing.payloads import HealthMessage
 from health import INTAKE
 from network import free_port
-from program import PATIENCE_S
+from program import PATIENCE_S, until
 
 
 def health() -> HealthMessage:
@@ -106,3 +109,26 @@ def test_only_this_machine_is_answered_and_a_port_in_use_is_one_sentence() -> No
 def test_readings_are_not_younger_than_none() -> None:
     """While a clock is set back."""
     assert health_at(940.0, Counters()).data_age_s == 0.0
+
+
+def test_who_connects_and_says_nothing_is_not_waited_for(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each has a thread, of which the unit lets the daemon have so many."""
+    monkeypatch.setattr(open_metrics_module, "ASKED_WITHIN_S", 0.1)
+    port = free_port()
+    with open_metrics(port, health), socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as idle:
+        assert idle.recv(1) == b""
+        assert scraped(port)
+
+
+def test_who_goes_away_in_the_midst_of_a_question_is_not_told_of_in_the_journal(
+    capfd: pytest.CaptureFixture[str],
+) -> None:
+    port = free_port()
+    with open_metrics(port, health):
+        before = threading.active_count()
+        with socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_S) as asks:
+            asks.sendall(b"GET /metrics HTTP/1.1\r\n")
+            until(lambda: threading.active_count() > before)
+            asks.setsockopt(socket.SOL_SOCKET, socket.SO_LINGER, struct.pack("ii", 1, 0))  # the end is a reset
+        until(lambda: threading.active_count() == before)
+    assert capfd.readouterr() == ("", "")

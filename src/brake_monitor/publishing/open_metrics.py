@@ -1,5 +1,6 @@
 """Health as OpenMetrics over HTTP, for whatever scrapes this machine; on the loopback interface only."""
 
+import logging
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import cache
@@ -12,10 +13,15 @@ from brake_monitor.host import extras
 from brake_monitor.publishing.payloads import Counter, Gauge, HealthMessage
 
 if TYPE_CHECKING:
+    from socketserver import BaseRequestHandler
+
     from prometheus_client.metrics_core import Metric
 
 HOST = "127.0.0.1"
+ASKED_WITHIN_S = 5.0  # who has said less by then is not waited for
 PREFIX = "brake_monitor_"
+
+log = logging.getLogger(__name__)
 
 T = TypeVar("T", Counter, Gauge)
 
@@ -35,12 +41,25 @@ def open_metrics(port: int, latest: Callable[[], HealthMessage | None]) -> Itera
         server, thread = start_http_server(port, HOST, registry)
     except OSError as error:
         raise WorkError(f"[metrics] port {port}: {error.strerror or error}") from None
+    answer = server.RequestHandlerClass
+
+    def answer_in_time(asking: Any, *who: Any) -> "BaseRequestHandler":
+        asking.settimeout(ASKED_WITHIN_S)
+        return answer(asking, *who)
+
+    # By itself it waits for ever for who says nothing, and prints a traceback where somebody goes away.
+    server.RequestHandlerClass = answer_in_time
+    server.handle_error = _note_failure  # type: ignore[assignment, method-assign]
     try:
         yield
     finally:
         server.shutdown()
         server.server_close()
         thread.join()
+
+
+def _note_failure(*_: object) -> None:
+    log.debug("a question for metrics was not answered", exc_info=True)
 
 
 class _Collector:
