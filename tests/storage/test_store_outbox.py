@@ -154,6 +154,23 @@ def test_a_disk_that_fails_is_told_and_tried_anew(tmp_path: Path, monkeypatch: p
     outbox.close()
 
 
+def test_where_no_more_threads_may_be_begun_it_is_tried_anew(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    path = tmp_path / "memory.db"
+    Store.open(path, "wagon-1", 2).close()
+    outbox = StoreOutbox(path, "wagon-1")
+
+    def fail(_: threading.Thread) -> None:
+        raise RuntimeError("can't start new thread")
+
+    with monkeypatch.context() as patched:
+        patched.setattr(threading.Thread, "start", fail)
+        with pytest.raises(WorkError, match="can't start new thread"):
+            outbox.keep({1: b"a"})
+    outbox.keep({1: b"a", 2: b"b"})
+    assert list(outbox.kept()) == [b"a", b"b"]
+    outbox.close()
+
+
 def test_a_memory_that_was_set_aside_gets_no_more_messages(tmp_path: Path) -> None:
     path = tmp_path / "memory.db"
     Store.open(path, "wagon-1", 2).close()

@@ -36,7 +36,10 @@ class StoreOutbox:
             failures: list[Exception] = []
             arguments = (Batch(messages=dict(messages)), failures)
             self._writing = threading.Thread(target=self._write, args=arguments, name="outbox", daemon=True)
-            self._writing.start()
+            try:
+                self._writing.start()
+            except RuntimeError as error:  # there may be only so many threads
+                raise StoreError(f"{self._path}: {error}") from None
             self._writing.join(KEPT_WITHIN_S)
             if not self.is_writing:
                 if failures:
