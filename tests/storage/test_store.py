@@ -9,6 +9,7 @@ import sys
 import tracemalloc
 from collections.abc import Callable
 from contextlib import closing
+from functools import partial
 from math import nan
 from pathlib import Path
 
@@ -158,12 +159,22 @@ def test_a_file_that_was_cut_short_or_scrambled_is_whole_or_refused(path: Path, 
     assert refused > 100
 
 
-def test_an_empty_file_with_a_log_is_refused_before_sqlite_deletes_the_log(path: Path) -> None:
-    path.touch()
-    log_of(path).write_bytes(b"something")
+@pytest.mark.parametrize(
+    "how", [opened, partial(Store.look, vehicle_id="w"), partial(Store.look, vehicle_id="w", mode="rw")]
+)
+def test_an_empty_file_with_a_log_is_refused_before_sqlite_deletes_the_log(
+    path: Path, tmp_path: Path, how: Callable[[Path], Store]
+) -> None:
+    """Also by who only wants to look, as `wear show` does before the daemon is started again."""
+    with opened(path) as store:
+        store.write(batch(2))
+        log = log_of(path).read_bytes()
+    copy = tmp_path / "copy.db"
+    copy.touch()
+    log_of(copy).write_bytes(log)
     with pytest.raises(RefusedError, match="its log is not"):
-        opened(path)
-    assert log_of(path).read_bytes() == b"something"
+        how(copy)
+    assert log_of(copy).read_bytes() == log
 
 
 def altered(statement: str, *parameters: object) -> Callable[[Path], None]:

@@ -18,7 +18,7 @@ from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.alarm_settings import APPLICATIONS_JUDGED
 from brake_monitor.storage.plausible_brakes import is_time, why_impossible
 from brake_monitor.storage.store_batch import ALARMS_KEPT, MESSAGES_KEPT, RECORDS_KEPT, Batch, GaugeMark, MarkedGauge
-from brake_monitor.storage.store_file import StoreFile, refuse_orphaned_log, status_of
+from brake_monitor.storage.store_file import StoreFile, status_of
 
 T = TypeVar("T")
 
@@ -38,7 +38,6 @@ class Store:
 
         StoreError when the disk does not let it, RefusedError when what is there is not to be used.
         """
-        refuse_orphaned_log(path)
         file = StoreFile(path, "rwc")
         store = cls(file)
         with file.being_checked():

@@ -39,6 +39,7 @@ class StoreFile:
         """`mode` as in SQLite: "ro", "rw", or "rwc" for a file that may have to be made."""
         self._path = path
         with self.own_errors():
+            self._refuse_orphaned_log()
             self.db = _connect(path, mode)
         self._inodes: tuple[int | None, int | None] = (None, None)  # of the file and its log, once it is checked
 
@@ -60,6 +61,12 @@ class StoreFile:
         return str(rows[0][0]) if rows else ""
 
     # -- opening -----------------------------------------------------------------------------------------------
+
+    def _refuse_orphaned_log(self) -> None:
+        """SQLite would delete the log of a file that is empty, also where it is only to read."""
+        log, file = status_of(log_of(self._path)), status_of(self._path)
+        if log and log.st_size and not (file and file.st_size):
+            raise self.refused("the file is missing or empty, and its log is not")
 
     @contextmanager
     def being_checked(self) -> Iterator[None]:
@@ -154,13 +161,6 @@ class StoreFile:
     def refused(self, sentence: str) -> RefusedError:
         """Says what is wrong, with the path."""
         return RefusedError(f"{self._path}: {sentence}")
-
-
-def refuse_orphaned_log(path: Path) -> None:
-    """SQLite would delete the log of a file that is empty."""
-    log, file = status_of(log_of(path)), status_of(path)
-    if log and log.st_size and not (file and file.st_size):
-        raise RefusedError(f"{path}: the file is missing or empty, and its log is not")
 
 
 def _inodes(path: Path) -> tuple[int | None, int | None]:
