@@ -177,6 +177,14 @@ def test_an_empty_file_with_a_log_is_refused_before_sqlite_deletes_the_log(
     assert log_of(copy).read_bytes() == log
 
 
+def test_every_connection_writes_alike(path: Path) -> None:
+    """The daemon's two, and that of who enters what was measured."""
+    with opened(path) as daemon, Store.look(path, "w", "rw") as person:
+        for setting, value in (("synchronous", 2), ("journal_size_limit", 4 << 20), ("cache_size", -256)):
+            for store in (daemon, person):
+                assert list(store._db.execute(f"PRAGMA {setting}")) == [(value,)]
+
+
 def altered(statement: str, *parameters: object) -> Callable[[Path], None]:
     def alter(path: Path) -> None:
         with sqlite3.connect(path) as db:

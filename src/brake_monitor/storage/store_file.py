@@ -17,8 +17,11 @@ from brake_monitor.errors import InputError, WorkError
 from brake_monitor.storage.store_schema import APPLICATION_ID, VERSIONS
 
 BUSY_S = 2.0  # another process has the file for milliseconds
-LOG_SIZE_BYTES = 4 << 20
-CACHE_KIB = 256  # of each connection: what is written often lies on few pages; SQLite would fill 2 MB with the others
+CONNECTION = (  # what SQLite does not note in the file
+    "cache_size = -256",  # KiB: what is written often lies on few pages; it would fill 2 MB with the others
+    "synchronous = FULL",
+    f"journal_size_limit = {4 << 20}",  # bytes
+)
 
 # SQLITE_ERROR: a missing table, or text that is not UTF-8.
 _DAMAGED = {sqlite3.SQLITE_CORRUPT, sqlite3.SQLITE_NOTADB, sqlite3.SQLITE_FORMAT, sqlite3.SQLITE_ERROR}
@@ -73,7 +76,8 @@ class StoreFile:
         """While this lasts it is checked; where that raises anything it is closed."""
         try:
             with self.own_errors():
-                self.db.execute(f"PRAGMA cache_size = -{CACHE_KIB}")
+                for setting in CONNECTION:
+                    self.db.execute(f"PRAGMA {setting}")
                 yield
                 self._inodes = _inodes(self._path)
         except BaseException:
@@ -86,8 +90,6 @@ class StoreFile:
         if found != "ok":
             raise self.refused(f"the file is damaged: {' '.join(found.split())}")
         self.db.execute("PRAGMA journal_mode = WAL")
-        self.db.execute("PRAGMA synchronous = FULL")
-        self.db.execute(f"PRAGMA journal_size_limit = {LOG_SIZE_BYTES}")
         version = self._version()
         if version == 0 and not list(self.db.execute("SELECT 1 FROM sqlite_schema LIMIT 1")):
             with self.transaction():
