@@ -12,6 +12,7 @@ class Opening:
         self._config = config
         self._guard = threading.Lock()
         self._found: zenoh.Session | zenoh.ZError | None = None
+        self._fault: BaseException | None = None
         self._is_wanted = True
         self._thread = threading.Thread(target=self._attempt, name="opening Zenoh", daemon=True)
         self._thread.start()
@@ -19,6 +20,8 @@ class Opening:
     def found(self, within_s: float) -> zenoh.Session | zenoh.ZError | None:
         """The session, or why there is none; None when that is not known within this time."""
         self._thread.join(within_s)
+        if self._fault is not None:
+            raise self._fault
         return self._found
 
     def give_up(self) -> None:
@@ -34,6 +37,9 @@ class Opening:
             found = zenoh.open(self._config)
         except zenoh.ZError as error:
             found = error
+        except BaseException as fault:  # noqa: BLE001 - raised where the session is awaited
+            self._fault = fault
+            return
         with self._guard:
             self._found = found
             if not self._is_wanted and isinstance(found, zenoh.Session):
