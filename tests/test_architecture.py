@@ -124,7 +124,7 @@ LAYERS = {
     "bus": Layer(
         within(
             "bus",
-            "candump_log eight_digits candump_blocks blf_blocks time_order gathering damage mf4 can_message "
+            "candump_log eight_digits candump_blocks text_lines blf_blocks time_order gathering damage mf4 can_message "
             "log_channels can_log can_link can_socket python_can_bus can_source",
         ),
         "words host settings",

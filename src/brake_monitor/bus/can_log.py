@@ -12,7 +12,6 @@ its identifier, which could be an event of another kind, or within its last byte
 
 import codecs
 import gzip
-import io
 import logging
 import shutil
 import tempfile
@@ -34,6 +33,7 @@ from brake_monitor.bus.candump_log import behind_tear, parse_line, writes_eight_
 from brake_monitor.bus.damage import printable, what_is_wrong
 from brake_monitor.bus.gathering import in_blocks
 from brake_monitor.bus.log_channels import LogChannels
+from brake_monitor.bus.text_lines import AsRead, CountedLines, asc_lines, csv_lines, trc_lines
 from brake_monitor.bus.time_order import TimeOrder
 from brake_monitor.errors import InputError
 from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, LATEST_TIME_S, Frame, FrameKind
@@ -43,7 +43,11 @@ from brake_monitor.nearest import nearest_file
 from brake_monitor.plural import plural
 from brake_monitor.settings.config import CanBus
 
-_TEXT_READERS: dict[str, Callable[..., Any]] = {".asc": can.ASCReader, ".trc": can.TRCReader, ".csv": can.CSVReader}
+_TEXT_READERS: dict[str, tuple[Callable[..., Any], AsRead]] = {
+    ".asc": (can.ASCReader, asc_lines),
+    ".trc": (can.TRCReader, trc_lines),
+    ".csv": (can.CSVReader, csv_lines),
+}
 _OF_LINES = (".log", *_TEXT_READERS)
 _SUFFIXES = (*_OF_LINES, ".blf", ".db", ".mf4")
 _LAST_LINE = "the last line is cut off: left out"
@@ -83,7 +87,7 @@ class LogSource:
         self._is_gzip = is_gzip
         self._buses = buses
         self._file: BinaryIO | None = None
-        self._lines: _CountedLines | None = None  # of a text format that python-can reads
+        self._lines: CountedLines | None = None  # of a text format that python-can reads
         self._is_padded = False
         self._torn: list[int] = []  # lines of a candump log
         self._channels = LogChannels(buses, int(suffix in _COUNTED_FROM_1), self._remark)
@@ -142,8 +146,9 @@ class LogSource:
                 reader = can.SqliteReader(str(self._unpacked_path(stack, content)))
             case text:
                 _refuse_what_is_only_logged(stack)
-                lines = _CountedLines(content, encoding="utf-8-sig", errors="replace")
-                reader, self._lines = _TEXT_READERS[text](lines), lines
+                new_reader, as_read = _TEXT_READERS[text]
+                self._lines = CountedLines(content, as_read)
+                reader = new_reader(self._lines)
         stack.callback(reader.stop)
         messages = self._of_absolute_times(reader) if isinstance(reader, can.ASCReader) else reader
         return in_blocks(map(self._frame, messages))
@@ -232,7 +237,7 @@ class LogSource:
         """
         before_s = -inf
         for message in reader:
-            if message.timestamp < before_s and (reader.timestamps_format or "").lower() == "relative":
+            if message.timestamp < before_s and reader.timestamps_format == "relative":
                 raise InputError(
                     f"{self._path}: its header says that timestamps are relative, and they fall, so that each counts "
                     "from the line before: expected absolute ones"
@@ -301,22 +306,3 @@ def _refuse_what_is_only_logged(stack: ExitStack) -> None:
     logger, handler = logging.getLogger("can.io.trc"), _Refuse(logging.WARNING)
     logger.addHandler(handler)
     stack.callback(logger.removeHandler, handler)
-
-
-class _CountedLines(io.TextIOWrapper):
-    """A text file that knows which line it gave out last."""
-
-    number = 0  # of that line, from 1
-    are_cut_off = False  # that line is one of several, and has no end
-
-    def readline(self, size: int = -1, /) -> str:  # type: ignore[override]
-        self.number += 1
-        line = super().readline(size)
-        self.are_cut_off = self.number > 1 and line != "" and not line.endswith("\n")
-        return line
-
-    def __next__(self) -> str:  # type: ignore[override]
-        line = self.readline()
-        if not line:
-            raise StopIteration
-        return line
