@@ -98,6 +98,17 @@ def test_progress_rises_while_reading(tmp_path: Path) -> None:
     log = open_log(recorded(tmp_path / "x.log", MESSAGES * 2000), ONE)
     seen = [log.progress() for _ in log]
     assert seen == sorted(seen)
+    assert 0.2 < seen[len(seen) // 2] < 0.8
+
+
+def test_a_recording_that_is_moved_while_it_is_read_is_read_to_its_end(tmp_path: Path) -> None:
+    path = recorded(tmp_path / "x.log", MESSAGES * 2000)
+    log = open_log(path, ONE)
+    blocks = log.blocks()
+    read = [next(blocks)]
+    path.rename(tmp_path / "x.log.1")
+    assert 0.0 < log.progress() < 1.0
+    assert sum(map(len, [*read, *blocks])) == len(MESSAGES) * 2000
 
 
 def test_kinds_of_frames_survive(tmp_path: Path) -> None:

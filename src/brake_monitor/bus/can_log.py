@@ -13,6 +13,7 @@ its identifier, which could be an event of another kind, or within its last byte
 import codecs
 import gzip
 import logging
+import os
 import shutil
 import tempfile
 from collections.abc import Callable, Generator, Iterator, Sequence
@@ -97,7 +98,7 @@ class LogSource:
         """Return how much of the file was read, 0 to 1."""
         if self._file is None:
             return 0.0
-        return 1.0 if self._file.closed else self._file.tell() / max(1, self._path.stat().st_size)
+        return 1.0 if self._file.closed else self._file.tell() / max(1, os.fstat(self._file.fileno()).st_size)
 
     def __iter__(self) -> Generator[Frame]:
         for block in self.blocks():
