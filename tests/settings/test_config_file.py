@@ -170,6 +170,7 @@ def test_a_bus_has_a_name_that_recordings_can_tell(tmp_path: Path, name: str, se
         ("[output]\nrate_hz = 1e308", "output.rate_hz: expected a number not greater than 10000, got 1e+308"),
         ("[wear]\nambient_c = -70", "wear.ambient_c: expected a number not less than -60, got -70"),
         ("[wear]\ndisc_mass_kg = 1e-320", "wear.disc_mass_kg: expected a number not less than 0.001"),
+        ("[wear]\ndisc_cooling_per_speed_wpk = 1e308", "disc_cooling_per_speed_wpk: expected a number not greater"),
         ("[wear]\nnew_pad_thickness_mm = 1e300", "new_pad_thickness_mm: expected a number not greater than 1000"),
         ("[wear]\npad_area_cm2 = 1e-300", "wear.pad_area_cm2: expected a number not less than 0.001, got 1e-300"),
         ("[wear]\narchard_mm3_per_nm = 1e300", "wear.archard_mm3_per_nm: expected a number not greater than 1, got"),

@@ -4,13 +4,14 @@ from typing import Annotated, ClassVar
 
 from msgspec import Meta, Struct
 
-from brake_monitor.settings.bounds import Ambient, NonNegative, Thermal
+from brake_monitor.settings.bounds import Ambient, Thermal
 
 Count = Annotated[int, Meta(ge=1, le=1000)]
 Area = Annotated[float, Meta(ge=1e-3, le=1e6)]
 Thickness = Annotated[float, Meta(gt=0.0, le=1000.0)]
 Limit = Annotated[float, Meta(ge=0.0, le=1000.0)]
 Wear = Annotated[float, Meta(gt=0.0, le=1000.0)]  # cm³/MJ
+Cooling = Annotated[float, Meta(ge=0.0, le=1e6)]  # W/K for each m/s
 Archard = Annotated[float, Meta(gt=0.0, le=1.0)]  # mm³/(N m), which is 1000 cm³/MJ at a friction of one
 
 
@@ -38,5 +39,5 @@ class WearSettings(Struct, frozen=True, forbid_unknown_fields=True):
     disc_mass_kg: Thermal = 100.0
     disc_heat_capacity_jpkgk: Thermal = 500.0
     disc_cooling_wpk: Thermal = 30.0  # H at standstill, per disc
-    disc_cooling_per_speed_wpk: NonNegative = 3.0  # ... and what each m/s adds
+    disc_cooling_per_speed_wpk: Cooling = 3.0  # ... and what each m/s adds
     ambient_c: Ambient = 15.0
