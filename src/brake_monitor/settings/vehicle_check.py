@@ -1,5 +1,6 @@
 """Whether a vehicle can be as it is configured: each wheelset bears weight, and inertia fits mass."""
 
+from itertools import combinations
 from statistics import fmean
 
 from brake_monitor.settings.bounds import MOST_WHEELSETS
@@ -28,12 +29,15 @@ def check_vehicle(text: ConfigText, vehicle: Vehicle) -> None:
         text.refuse(("vehicle", "axle_positions_m"), "expected one number per wheelset, got an empty list")
     if count > MOST_WHEELSETS:  # of more a watcher believes nothing
         text.refuse(("vehicle", "axle_positions_m"), f"expected {MOST_WHEELSETS} wheelsets at the most, got {count}")
-    if len(set(vehicle.axle_positions_m)) < count:
-        text.refuse(("vehicle", "axle_positions_m"), "two wheelsets stand at the same place")
     for name in PER_WHEELSET:
         given = len(getattr(vehicle, name))
         if given != count:
             text.refuse(("vehicle", name), f"expected {a_number_or_list(count)}, got {given}")
+    places = zip(vehicle.axle_positions_m, vehicle.wheel_radius_m, strict=True)
+    for (one_m, one_radius_m), (other_m, other_radius_m) in combinations(places, 2):
+        if abs(one_m - other_m) < (radius_m := max(one_radius_m, other_radius_m)):
+            sentence = f"expected wheelsets that stand farther apart than {radius_m:g} m, the radius of their wheels"
+            text.refuse(("vehicle", "axle_positions_m"), sentence)
     _check_bogies(text, vehicle)
     _check_weight(text, vehicle)
     _check_turning_mass(text, vehicle)
