@@ -68,6 +68,16 @@ def test_a_damaged_one_keeps_no_other_from_being_played(
     assert [path.name for path in tmp_path.iterdir()] == ["tuesday.half.csv"]
 
 
+def test_nor_does_one_that_cannot_be_asked_for(
+    folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    logs = (folder / f"{'x' * 300}.log", folder / "tuesday.half.log")
+    assert replay(*logs, "--jobs", 1) == 2
+    said = capsys.readouterr()
+    assert "wheelset 2: friction" in said.out.partition(str(logs[1]))[2]
+    assert said.err == f"brake-monitor: {logs[0]}: cannot be read: File name too long\n"
+
+
 @pytest.mark.parametrize(
     ("arguments", "sentence"),
     [

@@ -229,6 +229,7 @@ def test_bad_files_are_refused_by_name(tmp_path: Path) -> None:
     empty = write(tmp_path, "")
     for path, part in [
         (tmp_path / "none.dbc", "No such file"),
+        (tmp_path / f"{'x' * 300}.dbc", "cannot be read: File name too long"),
         (tmp_path, "Is a directory"),
         (garbage, "not a DBC file"),
         (empty, "describes no message"),

@@ -17,7 +17,7 @@ import os
 import shutil
 import tempfile
 from collections.abc import Callable, Generator, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from io import BufferedIOBase
 from math import inf
 from pathlib import Path
@@ -69,8 +69,9 @@ def open_log(path: Path, buses: Sequence[CanBus]) -> "LogSource":
     suffix = "".join((suffixes[:-1] if is_gzip else suffixes)[-1:])
     if suffix not in _SUFFIXES:
         raise InputError(f"{path}: unknown kind of log, expected one of {', '.join(_SUFFIXES)} (each also with .gz)")
-    if path.is_fifo():  # it would be waited for, perhaps for ever, and can be read only once
-        raise InputError(f"{path}: expected a recording, this is a pipe")
+    with suppress(OSError):  # of which is told as it is opened
+        if path.is_fifo():  # it would be waited for, perhaps for ever, and can be read only once
+            raise InputError(f"{path}: expected a recording, this is a pipe")
     return LogSource(path, suffix, is_gzip, buses)
 
 

@@ -122,9 +122,9 @@ def load_bus(bus: str, paths: Iterable[Path]) -> BusDatabase:
 
 
 def _read(path: Path) -> str:
-    if path.is_fifo():  # it would be waited for, perhaps for ever
-        raise InputError(f"{path}: expected a DBC file, this is a pipe")
     try:
+        if path.is_fifo():  # it would be waited for, perhaps for ever
+            raise InputError(f"{path}: expected a DBC file, this is a pipe")
         with path.open("rb") as file:
             data = file.read(_LARGEST + 1)
     except FileNotFoundError as error:
