@@ -30,9 +30,14 @@ class Frame(NamedTuple):
     kind: FrameKind = FrameKind.DATA
 
 
-def can_id_text(can_id: int, extended: bool) -> str:
-    """An identifier as people write it: three hexadecimal digits, or eight when extended."""
+def can_id_digits(can_id: int, extended: bool) -> str:
+    """An identifier as candump writes it: three hexadecimal digits, or eight when extended."""
     return f"{can_id:08X}" if extended else f"{can_id:03X}"
+
+
+def can_id_text(can_id: int, extended: bool) -> str:
+    """An identifier as people write it: 320 alone might be decimal."""
+    return f"0x{can_id_digits(can_id, extended)}"
 
 
 class CanFilter(TypedDict):

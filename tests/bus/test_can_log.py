@@ -768,4 +768,4 @@ def test_frames_that_are_years_apart_are_remarked(
 
 def test_an_identifier_of_more_bits_than_there_are_is_refused(tmp_path: Path) -> None:
     path = recorded(tmp_path / "x.csv", [can.Message(timestamp=1.0, arbitration_id=0x20000001, data=b"")])
-    assert "identifier 20000001 has more than 29 bits" in refusal(path)
+    assert "identifier 0x20000001 has more than 29 bits" in refusal(path)

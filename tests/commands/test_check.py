@@ -65,11 +65,11 @@ def test_each_message_is_shown_with_the_frames_that_are_taken_for_it(capsys: pyt
     code, lines = check(capsys, VEHICLES / "bogie.toml")
     assert code == 0
     assert "wsp_active 1 WspState.wsp_1 - 0.10 s 0.000 s" in lines  # a flag is no measurement
-    assert 'WheelSpeeds PGN FF20, J1939: its VFrameFormat is "J1939PG"' in lines
-    assert "BrakeLead id 08FF3021, J1939, but BrakeTrail has the same PGN" in lines
+    assert 'WheelSpeeds PGN 0xFF20, J1939: its VFrameFormat is "J1939PG"' in lines
+    assert "BrakeLead id 0x08FF3021, J1939, but BrakeTrail has the same PGN" in lines
     _, lines = check(capsys, VEHICLES / "wagon.toml")
-    assert "WSP id 1A0" in lines
-    assert "Sander id 18FF5030" in lines
+    assert "WSP id 0x1A0" in lines
+    assert "Sander id 0x18FF5030" in lines
 
 
 def test_a_long_name_stands_apart_from_what_follows_it(wagon: Wagon) -> None:
@@ -77,7 +77,7 @@ def test_a_long_name_stands_apart_from_what_follows_it(wagon: Wagon) -> None:
     wagon.change("WSP: 8", f"{name}: 8")
     wagon.change('"WSP"', f'"{name}"')
     lines = wagon.lines()
-    assert f"{name} id 1A0" in lines
+    assert f"{name} id 0x1A0" in lines
     assert f"axle_speed 1 {name}.n_A 0.0225 rad/s 0.10 s 0.000 s" in lines
 
 
@@ -85,12 +85,13 @@ def test_several_senders_under_one_pgn_are_remarked(capsys: pytest.CaptureFixtur
     code, lines = check(capsys, DATA / "mini_j1939.toml", DATA / "mini_j1939.log")
     assert code == 0
     assert any(line.startswith("remark: VehicleSpeed came under 2 ids") for line in lines)
-    assert any("0CFF0421, 18FF0400" in line for line in lines)
+    assert any("0x0CFF0421, 0x18FF0400" in line for line in lines)
 
 
 def test_a_pgn_that_came_from_another_sender_than_the_id_says_is_remarked(wagon: Wagon) -> None:
     wagon.record("0CFF5031#00000000")
-    assert any(told.startswith("Sander never came, but its PGN did, under 0CFF5031") for told in wagon.remarks(code=1))
+    sentence = "Sander never came, but its PGN did, under 0x0CFF5031"
+    assert any(told.startswith(sentence) for told in wagon.remarks(code=1))
 
 
 def test_a_message_that_came_without_its_signals_did_come(wagon: Wagon) -> None:
@@ -101,7 +102,7 @@ def test_a_message_that_came_without_its_signals_did_come(wagon: Wagon) -> None:
 def test_a_number_of_the_other_width_is_remarked(wagon: Wagon) -> None:
     wagon.record("000001A0#00", "2A0#00", "18FF0000#00")
     (remark,) = wagon.remarks(code=1)
-    assert "000001A0 is on the bus and not mapped, while the DBC gives WSP this number with 11 bits" in remark
+    assert "0x000001A0 is on the bus and not mapped, while the DBC gives WSP this number with 11 bits" in remark
 
 
 def test_a_recorder_that_pads_its_ids_needs_no_configuration(wagon: Wagon) -> None:
@@ -398,14 +399,14 @@ def test_the_ranges_in_a_recording_have_units(wagon: Wagon) -> None:
 
 def test_frames_of_another_width_are_not_of_a_message_for_its_number(wagon: Wagon) -> None:
     wagon.record("1A0#100E100E00000000", "00000120#0000000000000000", "120#0000000000000000")
-    assert [line for line in wagon.lines(1) if line.startswith("can0 00000120")] == ["can0 00000120: 1"]
+    assert [line for line in wagon.lines(1) if line.startswith("can0 0x00000120")] == ["can0 0x00000120: 1"]
 
 
 def test_a_good_recording_leaves_no_question(capsys: pytest.CaptureFixture[str]) -> None:
     """BCU_Status has its load on one of its three pages."""
     code, lines = check(capsys, VEHICLES / "wagon.toml", GOLDEN)
     assert code == 0
-    assert re.fullmatch(r"can0 320: \d+, of BCU_Status without its mapped signals", lines[-2])
+    assert re.fullmatch(r"can0 0x320: \d+, of BCU_Status without its mapped signals", lines[-2])
     assert lines[-1] == "nothing to remark in this recording"
 
 
@@ -423,7 +424,7 @@ def test_a_list_that_is_cut_short_says_by_how_much(wagon: Wagon) -> None:
     wagon.record(*[f"7{i:02X}#00" for i in range(64)])
     lines = wagon.lines(code=1)
     shown = lines.index("64 frames of 64 ids without a mapped value")
-    assert lines[shown + 10].startswith("can0 7")
+    assert lines[shown + 10].startswith("can0 0x7")
     assert lines[shown + 11] == "and 54 more"
     wagon.record(*[f"7{i:02X}#00" for i in range(10)])
     assert not [line for line in wagon.lines(code=1) if line.endswith("more")]

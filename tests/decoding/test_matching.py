@@ -45,25 +45,25 @@ def matching(tmp_path: Path, can_id: int, attributes: str = "", others: tuple[in
 )
 def test_a_message_that_its_dbc_calls_j1939_is_matched_by_pgn(tmp_path: Path, attributes: str, because: str) -> None:
     found = matching(tmp_path, SPEED, attributes)
-    assert (found.by, found.is_j1939, str(found)) == ("pgn", True, f"PGN FE6C, J1939: {because}")
+    assert (found.by, found.is_j1939, str(found)) == ("pgn", True, f"PGN 0xFE6C, J1939: {because}")
 
 
 def test_a_file_of_null_addresses_is_j1939(tmp_path: Path) -> None:
     found = matching(tmp_path, 0x98FE6CFE, others=(0x98FEBFFE, STANDARD))
-    assert str(found) == "PGN FE6C, J1939: all extended ids of x.dbc end in the null address FE"
+    assert str(found) == "PGN 0xFE6C, J1939: all extended ids of x.dbc end in the null address 0xFE"
     assert matching(tmp_path, 0x98FE6CFE, others=(0x98FEBFFE, WHEELS)).by == "id"
 
 
 @pytest.mark.parametrize(
     ("can_id", "attributes", "text"),
     [
-        (SPEED, "", "id 18FE6C0B"),
-        (SPEED, FORMATS, "id 18FE6C0B"),
-        (SPEED, J1939_NETWORK + FORMATS + f'BA_ "VFrameFormat" BO_ {SPEED} 1;\n', "id 18FE6C0B"),
-        (SPEED, SPN, "id 18FE6C0B"),
-        (STANDARD, "", "id 2A0"),
-        (STANDARD, J1939_NETWORK, "id 2A0"),
-        (STANDARD, FORMATS + f'BA_ "VFrameFormat" BO_ {STANDARD} 4;\n', "id 2A0"),
+        (SPEED, "", "id 0x18FE6C0B"),
+        (SPEED, FORMATS, "id 0x18FE6C0B"),
+        (SPEED, J1939_NETWORK + FORMATS + f'BA_ "VFrameFormat" BO_ {SPEED} 1;\n', "id 0x18FE6C0B"),
+        (SPEED, SPN, "id 0x18FE6C0B"),
+        (STANDARD, "", "id 0x2A0"),
+        (STANDARD, J1939_NETWORK, "id 0x2A0"),
+        (STANDARD, FORMATS + f'BA_ "VFrameFormat" BO_ {STANDARD} 4;\n', "id 0x2A0"),
     ],
 )
 def test_every_other_message_is_matched_by_its_whole_id(
@@ -77,7 +77,7 @@ def test_senders_that_the_dbc_tells_apart_are_told_apart(tmp_path: Path) -> None
     """Two messages of one PGN: by PGN each would be taken for the other."""
     found = matching(tmp_path, SPEED, J1939_NETWORK, others=(0x98FE6C21,))
     assert (found.by, found.is_j1939) == ("id", True)
-    assert str(found) == "id 18FE6C0B, J1939, but M1 has the same PGN"
+    assert str(found) == "id 0x18FE6C0B, J1939, but M1 has the same PGN"
 
 
 def test_no_message_of_11_bits_has_the_pgn_0(tmp_path: Path) -> None:

@@ -166,7 +166,7 @@ def test_what_is_wrong_with_the_data_is_told(tmp_path: Path) -> None:
     log.write_text("\n".join(sorted(kept)) + "\n")
     recording = played(log)
     text = page(recording, log.name, "")
-    assert "<code>7AB</code>" in text
+    assert "<code>0x7AB</code>" in text
     gaps = [line.longest_gap_s for line in recording.traffic.lines(recording.decoder)]
     assert max(gaps) == pytest.approx(3.0, abs=0.2)
     assert "was silent for 3.0 s" in " ".join(summary(recording))

@@ -265,7 +265,7 @@ class LogSource:
         if not abs(frame.time_s) < LATEST_TIME_S:
             raise ValueError(f"time stamp {frame.time_s:g}")
         if frame.can_id > LARGEST_EXTENDED_ID:
-            raise ValueError(f"identifier {frame.can_id:X} has more than 29 bits")
+            raise ValueError(f"identifier 0x{frame.can_id:X} has more than 29 bits")
         if self._lines and frame.kind is FrameKind.DATA:
             classic = min(message.dlc, CLASSIC_LENGTH)  # they may say up to 15
             announced = message.dlc if message.is_fd else classic

@@ -18,7 +18,7 @@ line; and where a file system had made room that it did not fill any more there 
 import re
 from collections.abc import Iterable
 
-from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, Frame, FrameKind, can_id_text
+from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, Frame, FrameKind, can_id_digits
 
 _LINE = re.compile(
     r"\((?P<time>\d{1,11}(?:\.\d+)?)\)\s+(?P<channel>[^\s\0]+)\s+(?P<id>[0-9A-Fa-f]{8}|[0-7][0-9A-Fa-f]{2})"
@@ -96,7 +96,7 @@ def _is_line(text: str) -> bool:
 def line_of(frame: Frame) -> str:
     """The line that `parse_line` reads as this frame, its time to the microsecond; ends with a newline."""
     can_id = frame.can_id | _ERROR_FLAG if frame.kind is FrameKind.ERROR else frame.can_id
-    digits = can_id_text(can_id, extended=frame.extended or frame.kind is FrameKind.ERROR)
+    digits = can_id_digits(can_id, extended=frame.extended or frame.kind is FrameKind.ERROR)
     if frame.kind is FrameKind.REMOTE:
         content = "R"
     else:

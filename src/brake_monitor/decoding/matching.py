@@ -24,7 +24,7 @@ class Matching:
     reason: str  # for people; "" where the ordinary is done
 
     def __str__(self) -> str:
-        known = f"PGN {pgn(self.can_id):04X}" if self.by == "pgn" else f"id {can_id_text(self.can_id, self.extended)}"
+        known = f"PGN 0x{pgn(self.can_id):04X}" if self.by == "pgn" else f"id {can_id_text(self.can_id, self.extended)}"
         return f"{known}, {self.reason}" if self.reason else known
 
     def can_filter(self) -> CanFilter:
@@ -76,5 +76,5 @@ def _j1939_evidence(database: BusDatabase, message: Message) -> str:
         return "its signals have SPNs"
     if all(other.frame_id & 0xFF == NULL_ADDRESS for other in file.messages if other.is_extended_frame):
         # No node sends measurements from the null address: it holds the place of every sender's.
-        return f"all extended ids of {path.name} end in the null address {NULL_ADDRESS:02X}"
+        return f"all extended ids of {path.name} end in the null address 0x{NULL_ADDRESS:02X}"
     return ""
