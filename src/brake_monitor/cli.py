@@ -14,7 +14,7 @@ from textwrap import fill
 from typing import Any, NoReturn
 
 from brake_monitor import __version__
-from brake_monitor.errors import BrakeMonitorError
+from brake_monitor.errors import BrakeMonitorError, brief
 from brake_monitor.host.python_can import load_cantools_alone, load_without_asammdf
 from brake_monitor.host.stop_signals import ended_by_signals
 from brake_monitor.nearest import nearest
@@ -89,7 +89,7 @@ class OneSentenceParser(ArgumentParser):
 
     def error(self, message: str) -> NoReturn:
         """End with exit code 2."""
-        self.exit(2, f"{self.prog}: {message} (see {self.prog} --help)\n")
+        self.exit(2, f"{self.prog}: {brief(message)} (see {self.prog} --help)\n")
 
     def parse_known_args(self, args: Any = None, namespace: Any = None) -> Any:
         """Let the command itself refuse what it does not know; its options are not those of the program."""

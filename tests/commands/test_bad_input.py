@@ -202,6 +202,30 @@ def test_a_wrong_key_is_named_with_its_line(folder: Path, old: str, new: str, se
     assert_refused(folder, "check -c wagon.toml", f"wagon.toml:{line}: {sentence}")
 
 
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ('preset = "wagon"', f'preset = "{"x" * 3000}"'),
+        ('preset = "wagon"', f'preset = "{"wagon, " * 500}"'),
+        ('signal = "v_ground"', f'signal = "{"x" * 3000}"'),
+        ("mass_kg = 36000.0", f"mass_kg = 36000.0\n{'x' * 3000} = 3"),
+    ],
+    ids=["a word", "many words", "a name", "a key"],
+)
+def test_what_is_long_is_not_repeated_whole(folder: Path, old: str, new: str) -> None:
+    config = folder / "wagon.toml"
+    config.write_text(config.read_text().replace(old, new))
+    code, error = in_this_process(folder, ["check", "-c", "wagon.toml"])
+    assert code == 2
+    assert 100 < len(error) < 500
+
+
+def test_a_long_option_is_not_repeated_whole(folder: Path) -> None:
+    code, error = in_this_process(folder, ["simulate", "wsp", "--seed", "9" * 3000 + "x"])
+    assert code == 2
+    assert 100 < len(error) < 500
+
+
 def test_a_name_that_a_terminal_would_obey_is_told_as_it_is_written(folder: Path) -> None:
     config = folder / "wagon.toml"
     config.write_text(config.read_text().replace('message = "GNSS",', 'message = "G\\nS\\u001b[31mü",'))

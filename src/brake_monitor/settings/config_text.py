@@ -13,6 +13,7 @@ from brake_monitor.settings.toml_lines import KeyPath, key_lines, line_of
 EXAMPLES_FOLDER = Path(str(files("brake_monitor"))) / "vehicles"
 LARGEST = 10_000_000  # bytes; a device may have no end
 _LARGEST_SHOWN = 10**40
+_LONGEST_SHOWN = 100  # characters of a text
 _MOST_DIGITS = 4300  # of a whole number that Python reads
 _MORE_DIGITS = re.compile(rf"\d[\d_]{{{_MOST_DIGITS},}}")
 _PLAINER = {  # than tomllib's own
@@ -112,7 +113,7 @@ def shown(value: Any) -> str:
         case bool():
             return str(value).lower()
         case str():
-            return f'"{value}"'
+            return f'"{value}"' if len(value) <= _LONGEST_SHOWN else f'"{value[:_LONGEST_SHOWN]}..."'
         case int() if abs(value) > _LARGEST_SHOWN:
             return "a number of more than 40 digits"
         case _:
