@@ -59,7 +59,7 @@ def run(options: Namespace) -> int:
     work = tasks(cases, seeds)
     minutes = expected_s(work) / options.jobs / 60.0
     print(
-        f"{plural(len(cases), 'case')}, {plural(len(work), 'run')} of {plural(seeds, 'seed')}, "
+        f"{plural(len(cases), 'case')} on {plural(len(work), 'simulated drive')} with {plural(seeds, 'seed')}, "
         f"about {ceil(minutes)} min with {plural(options.jobs, 'job')}",
         flush=True,
     )

@@ -9,6 +9,7 @@ import msgspec
 from msgspec import Struct
 
 from brake_monitor import __version__
+from brake_monitor.plural import plural
 from brake_monitor.validation.cases import Case, Limits
 from brake_monitor.validation.runs import Outcome
 from brake_monitor.validation.scores import Score
@@ -141,7 +142,8 @@ def told(found: list[Result]) -> Iterator[str]:
     """The outcome in a few lines: how many targets are met, and where they are missed."""
     judged = [result for result in found if result.has_target]
     missed = [result for result in judged if result.misses]
-    yield f"{len(judged) - len(missed)} of {len(judged)} cases meet their targets"
+    compared = f"; {more} more without targets" if (more := len(found) - len(judged)) else ""
+    yield f"targets are met by {len(judged) - len(missed)} of {plural(len(judged), 'case')}{compared}"
     for result in missed:
         row = result.row()
         yield f"  {result.case.name}: " + ", ".join(f"{name} {row[name]:.4g}" for name in result.misses)
