@@ -180,6 +180,9 @@ def test_an_alarm_is_acknowledged_where_the_configuration_allows_it() -> None:
             answers, (sentence,) = ask(other, key, payload)
             assert not answers
             assert why in sentence
+        for wild in ("brake/v1/*/acknowledge", "brake/v1/wagon-1/**"):
+            refusal = f"expected {key}: one wagon's alarm, no wild cards"
+            assert ask(other, wild, b'{"id": "open one"}') == ([], [refusal])
         assert publisher.acknowledged() == ["open one", "open one"]
         assert publisher.acknowledged() == []
         for _ in range(ACKNOWLEDGEMENTS_WAITING):

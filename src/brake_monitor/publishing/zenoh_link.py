@@ -187,6 +187,8 @@ class ZenohLink:
         if asked == self._keys.acknowledge:
             self._answer_acknowledgement(query)
             return
+        if query.payload and query.key_expr.intersects(self._keys.acknowledge):
+            raise QuestionRefusedError(f"expected {self._keys.acknowledge}: one wagon's alarm, no wild cards")
         if len(str(query.parameters)) > LONGEST_REQUEST:
             raise QuestionRefusedError(f"expected parameters of at most {LONGEST_REQUEST} bytes")
         wanted = time_range(dict(query.parameters))  # type: ignore[call-overload]  # the stub means an iterator
