@@ -1,6 +1,7 @@
 """The pages that engineers read lead where they say: every link within the repository, headings included."""
 
 import re
+import tomllib
 from pathlib import Path
 from typing import get_args
 
@@ -76,6 +77,18 @@ def test_every_kind_of_alarm_has_its_row(page: str, column: str) -> None:
     table = (ROOT / page).read_text().partition(f"| kind | {column} |")[2].partition("\n\n")[0].splitlines()[2:]
     kinds = {kind for row in table for kind in re.findall(r"`(\w+)`", row.split("|")[1])}
     assert kinds == set(AlarmSettings.__struct_fields__)
+
+
+def test_every_extra_is_told_with_what_it_brings() -> None:
+    project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
+    extras = {
+        name: [re.match(r"[\w-]+", package)[0] for package in packages]  # type: ignore[index]
+        for name, packages in project["optional-dependencies"].items()
+        if name not in {"dev", "bench"}
+    }
+    table = (ROOT / "docs" / "gateway.md").read_text().partition("| extra | brings |")[2].partition("\n\n")[0]
+    rows = [[cell.strip(" `") for cell in row.split("|")[1:3]] for row in table.splitlines()[2:]]
+    assert {extra: [package] for extra, package in rows} == extras
 
 
 def test_files_that_the_page_for_developers_names_are_there() -> None:
