@@ -82,7 +82,7 @@ def test_every_kind_of_alarm_has_its_row(page: str, column: str) -> None:
 def test_every_extra_is_told_with_what_it_brings() -> None:
     project = tomllib.loads((ROOT / "pyproject.toml").read_text())["project"]
     extras = {
-        name: [re.match(r"[\w-]+", package)[0] for package in packages]  # type: ignore[index]
+        name: [re.match(r"[\w-]+", package)[0] for package in packages]
         for name, packages in project["optional-dependencies"].items()
         if name not in {"dev", "bench"}
     }

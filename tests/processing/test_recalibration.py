@@ -92,3 +92,28 @@ def test_a_brake_application_says_by_what_its_friction_was_told() -> None:
     told = {play(own, frames).brake_book.brakes.applications[-1].calibration for own in (settings, heavier)}
     assert told == {settings.calibration, heavier.calibration}
     assert len(told) == 2
+
+
+def with_wheel_radius(settings: Settings, factor: float) -> Settings:
+    first_m, *others_m = settings.vehicle.wheel_radius_m
+    return replace(settings, vehicle=replace(settings.vehicle, wheel_radius_m=(first_m * factor, *others_m)))
+
+
+def with_new_pads(settings: Settings, factor: float) -> Settings:
+    thickness_mm = settings.wear.new_pad_thickness_mm * factor
+    return replace(settings, wear=replace(settings.wear, new_pad_thickness_mm=thickness_mm))
+
+
+def test_what_is_forgotten_as_the_configuration_was_changed_is_told() -> None:
+    settings = unweighed()
+    known = play(settings, drive(DRY).frames).remembered()
+    changes = (with_scale, with_mass, with_brake_radius)
+    told = {tuple(known.without_use(change(settings, SCALED))) for change in changes}
+    ((pads,),) = told
+    assert "friction of all pads is learned anew" in pads
+    (wheel,) = known.without_use(with_wheel_radius(settings, 1.05))
+    assert wheel == "wheelset 1: wheel_radius_m is 0.46725 and was 0.445; its radius is learned anew"
+    (thickness,) = known.without_use(with_new_pads(settings, 1.1))
+    assert thickness.startswith("[wear] was changed")
+    for unchanged in (settings, with_limit(settings, SCALED)):
+        assert not list(known.without_use(unchanged))

@@ -119,6 +119,17 @@ def test_what_was_known_at_the_end_is_what_the_next_run_begins_with(tmp_path: Pa
     assert found.open_alarms == (acknowledged,)
 
 
+def test_what_a_changed_configuration_makes_it_forget_is_told(tmp_path: Path, caplog: pytest.LogCaptureFixture) -> None:
+    pipeline = StandIn()
+    with began(tmp_path, pipeline) as memory:
+        live_until_kept(tmp_path, memory, pipeline, 1, alarm())
+    again = StandIn()
+    again.settings = replace(SETTINGS, wear=replace(SETTINGS.wear, new_pad_thickness_mm=30.0))
+    with caplog.at_level("INFO"), began(tmp_path, again):
+        assert again.resumed
+    assert "the configuration has changed: [wear] was changed" in caplog.text
+
+
 def test_what_was_learned_that_cannot_be_costs_neither_alarms_nor_wear(tmp_path: Path) -> None:
     class Picky(StandIn):
         """A pipeline that cannot go on with what was learned, as of a wagon with other wheelsets."""

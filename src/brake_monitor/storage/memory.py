@@ -127,6 +127,8 @@ class Memory:
         pipeline = self._pipeline
         raised = {(alarm.kind, alarm.wheelset) for alarm in pipeline.remembered().open_alarms}
         opened = tuple(alarm for alarm in found.open_alarms if (alarm.kind, alarm.wheelset) not in raised)
+        for sentence in found.without_use(pipeline.settings):
+            log.info("the configuration has changed: %s", sentence)
         try:
             pipeline.resume(Remembered(found.learned, found.brakes, opened))
         except InputError as error:
