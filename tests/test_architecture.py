@@ -73,7 +73,7 @@ LAYERS = {
         within(
             "inspection",
             "first_hour speed_lag force_lag lags repeated coarse wandering wheels_mean pulled arrivals traffic rates "
-            "batches force_size remarks",
+            "batches friction_size force_size remarks",
         ),
         "words settings decoding estimation",
     ),

@@ -6,6 +6,7 @@ from brake_monitor.digits import significant
 from brake_monitor.estimation.core.core import LARGEST_LOAD_RATIO
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.inspection.first_hour import FirstHour
+from brake_monitor.inspection.friction_size import remarks_on_friction
 from brake_monitor.inspection.traffic import Found, Traffic
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.config import Settings
@@ -35,15 +36,31 @@ def remarks_on_forces(traffic: Traffic, settings: Settings) -> Iterator[str]:
     contact_n = settings.estimator.contact_force_n
     told = [*_on_released(traffic.found[Quantity.SPEED, 0], forces, contact_n), *_on_idle(forces, contact_n)]
     told += _on_strong(forces, settings, max(masses_kg))
-    yield from told or _on_weak(traffic.first_hour, forces, settings, min(masses_kg))
+    told = told or list(_on_weak(traffic.first_hour, forces, settings, min(masses_kg)))
+    yield from told or remarks_on_friction(traffic.first_hour, settings, _weighed_kg(traffic, settings))
+
+
+def _weighed_kg(traffic: Traffic, settings: Settings) -> tuple[float, ...]:
+    """The mass, or the least and the greatest that load signals tell, as far as the estimator uses them."""
+    mass_kg = settings.vehicle.mass_kg
+    told_kg = _told_kg(traffic, settings) or ()
+    used_kg = [one for one in told_kg if mass_kg / LARGEST_LOAD_RATIO <= one <= mass_kg * LARGEST_LOAD_RATIO]
+    return tuple(used_kg) or (mass_kg,)
 
 
 def _loaded_kg(traffic: Traffic, settings: Settings) -> float | None:
     """The greatest mass that the load signals tell together; None when not all of them do."""
+    told_kg = _told_kg(traffic, settings)
+    return None if told_kg is None else told_kg[1]
+
+
+def _told_kg(traffic: Traffic, settings: Settings) -> tuple[float, float] | None:
+    """The least and the greatest."""
     loads = [traffic.found[Quantity.LOAD_FORCE, place] for place in range(len(settings.signals.load_force))]
     if not loads or not all(load.is_kept for load in loads):
         return None
-    return sum(load.kept_greatest for load in loads) / GRAVITY_MPS2
+    least_n, greatest_n = sum(load.kept_least for load in loads), sum(load.kept_greatest for load in loads)
+    return least_n / GRAVITY_MPS2, greatest_n / GRAVITY_MPS2
 
 
 def _on_released(speed: Found, forces: Sequence[Found], contact_n: float) -> Iterator[str]:
