@@ -7,7 +7,9 @@ from typing import get_args
 
 import pytest
 
+from brake_monitor.desk.json_lines import OF_PADS
 from brake_monitor.estimation.model.tuning import PRESETS
+from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.settings.alarm_settings import AlarmSettings
 from brake_monitor.settings.config import Preset, TuningOverrides
 
@@ -96,6 +98,12 @@ def test_files_that_the_page_for_developers_names_are_there() -> None:
     assert len(named) > 40
     for path in named:
         assert (ROOT / path).exists() or list((ROOT / "src" / "brake_monitor").rglob(path)), path
+
+
+@pytest.mark.parametrize(("heading", "fields"), [("Alarms", Alarm.__struct_fields__), ("Wear", OF_PADS)])
+def test_every_field_of_a_line_that_replay_writes_is_told(heading: str, fields: tuple[str, ...]) -> None:
+    section = (ROOT / "docs" / "replay.md").read_text().partition(f"## {heading}: ")[2].partition("\n## ")[0]
+    assert sorted(re.findall(r"`([a-z_]+)`", section)) == sorted(fields)
 
 
 def rows(text: str) -> list[str]:
