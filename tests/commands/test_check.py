@@ -420,6 +420,15 @@ def test_one_frame_of_one_id_is_not_several(wagon: Wagon) -> None:
     assert "1 frame of 1 id without a mapped value" in wagon.lines(code=1)
 
 
+def test_frames_and_values_are_counted_apart(wagon: Wagon) -> None:
+    """A frame carries several values: more good ones than frames look like a mistake in one row."""
+    wagon.record(*BRAKING, "1A0#50C350C300000000", "120#00")
+    (line,) = [line for line in wagon.lines() if line.startswith("x.log: ")]
+    assert re.fullmatch(
+        r"x.log: [\d.]+ s; frames \d+, mapped \d+, unmapped \d+, short frames 1; values: good \d+, out of range 2", line
+    )
+
+
 def test_a_list_that_is_cut_short_says_by_how_much(wagon: Wagon) -> None:
     wagon.record(*[f"7{i:02X}#00" for i in range(64)])
     lines = wagon.lines(code=1)

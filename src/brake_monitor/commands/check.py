@@ -38,6 +38,7 @@ examples:
 exit code 1 when a speed, an axle speed or a pressing force has no good value in the recording"""
 
 SHOWN_UNMAPPED = 10
+VALUE_COUNTS = ("good", "out_of_range", "not_available", "bad_counter", "stale")  # `DecodeCounts`; the others: frames
 NAME_WIDTH = 24  # of the column of messages and signals; longer ones widen it
 GREATEST_WHEEL_RADIUS_M = 0.7  # electric locomotives have up to 0.63
 # J/r^2 of a wheelset, of its share of the mass: 0.015 under a laden wagon, 0.1 under an empty one, 0.3 with motors
@@ -194,8 +195,11 @@ def _on_buses(settings: Settings) -> Iterator[str]:
 def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
     """Rates, ranges and qualities of what is mapped, and the rest in short."""
     counts = {key: value for key, value in asdict(decoder.counts).items() if value}
+    of_values = [_count(counts, key) for key in VALUE_COUNTS if key in counts]
+    of_frames = [_count(counts, key) for key in counts if key not in VALUE_COUNTS]
+    parts = (f"{traffic.duration_s:.1f} s", ", ".join(of_frames), of_values and f"values: {', '.join(of_values)}")
     lines = [
-        f"{name}: {traffic.duration_s:.1f} s; " + ", ".join(f"{k} {v}" for k, v in counts.items()),
+        f"{name}: " + "; ".join(part for part in parts if part),
         "",
         f"{'quantity':<17}{'values':>8}{'period':>10}{'longest gap':>12}{'least':>11}{'greatest':>11}  {'unit':<6}bad",
     ]
@@ -223,6 +227,10 @@ def _traffic(traffic: Traffic, name: str, decoder: SignalDecoder) -> str:
     if len(traffic.unmapped) > SHOWN_UNMAPPED:
         lines.append(f"  and {len(traffic.unmapped) - SHOWN_UNMAPPED} more")
     return "\n".join(lines)
+
+
+def _count(counts: dict[str, int], key: str) -> str:
+    return f"{key.replace('_', ' ')} {counts[key]}"
 
 
 def _not_good(line: SignalLine, decoder: SignalDecoder) -> str:
