@@ -54,6 +54,14 @@ def test_the_table_says_in_numbers_what_the_plant_shows(campaign: Path) -> None:
     assert (row["verdict"] == "miss") == bool(row["misses"])
 
 
+def test_every_column_of_the_table_is_told(campaign: Path) -> None:
+    page = (Path(__file__).parents[2] / "docs" / "commands.md").read_text()
+    section = page.partition("## What `validate` and")[2].partition("\n`validate-alarms")[0]
+    told = [name for row in re.findall(r"^\| (`.*?) \|", section, re.MULTILINE) for name in re.findall(r"`(\w+)`", row)]
+    (columns, *_) = csv.reader((campaign / "accuracy.csv").read_text().splitlines())
+    assert sorted(told) == sorted(columns)
+
+
 class Wanted(HTMLParser):
     """Collects what a browser would fetch, and whether tags close in order."""
 
