@@ -216,6 +216,14 @@ def test_without_a_router_it_starts_and_finds_it_when_it_comes(mode: Any) -> Non
         assert publisher.counters.events_lost == 0
 
 
+def test_the_journal_tells_where_it_listens_and_which_router_it_looks_for(caplog: pytest.LogCaptureFixture) -> None:
+    router = f"tcp/127.0.0.1:{free_port()}"
+    with caplog.at_level("INFO"), running(ZenohSettings(connect=(router,))) as publisher:
+        (listening,) = publisher.endpoints
+    assert f"Zenoh session open, on {listening} and to {router}" in caplog.text
+    assert not listening.endswith(":0")
+
+
 def test_a_session_in_which_nothing_can_be_declared_is_closed_before_another_is_opened(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:

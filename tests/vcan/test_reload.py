@@ -84,7 +84,7 @@ def test_what_shows_only_when_it_is_opened_is_rolled_back_too(config: Path) -> N
         before = len(daemon.lines)
         daemon.send_signal(signal.SIGHUP)
         daemon.wait_for("the new configuration does not work", after=before)
-        daemon.endpoint = daemon.wait_for(r"Zenoh session open, (\S+)", after=before)[1]
+        daemon.endpoint = daemon.wait_for(r"Zenoh session open, (?:on )?(\S+)", after=before)[1]
         daemon.wait_for("listening on", after=before)
         assert hears(daemon)
         assert daemon.end()[0] == 0

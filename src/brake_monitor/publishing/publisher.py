@@ -12,6 +12,7 @@ from collections.abc import Sequence
 from typing import Self
 
 import zenoh
+from msgspec.structs import replace
 
 from brake_monitor.errors import BrakeMonitorError, WorkError
 from brake_monitor.estimation.estimate import Estimate, Status
@@ -224,8 +225,8 @@ class Publisher:
     def _tell_endpoints(self, link: ZenohLink) -> None:
         if self._settings.mode == "peer":
             self.endpoints = link.locators() if chooses_port(self._settings) else self._settings.listen
-        listening = ", ".join(self.endpoints) if chooses_port(self._settings) else ""
-        log.info("Zenoh session open, %s", listening or endpoints_of(self._settings))
+        opened = replace(self._settings, listen=self.endpoints or self._settings.listen)
+        log.info("Zenoh session open, %s", endpoints_of(opened))
 
     def _turn(self, link: ZenohLink, events: EventQueue) -> bool:
         """Send what waits, or wait for it; False when it was the last turn."""
