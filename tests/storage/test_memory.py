@@ -5,8 +5,10 @@ import sqlite3
 import subprocess
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
+from datetime import datetime
 from errno import EEXIST, ENOTDIR, EROFS
 from pathlib import Path
+from types import SimpleNamespace
 
 import pytest
 from msgspec.structs import replace
@@ -21,10 +23,10 @@ from brake_monitor.processing.pipeline import Outputs, Pipeline
 from brake_monitor.processing.remembered import Remembered
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.settings.wear_settings import WearSettings
-from brake_monitor.storage import memory_handover
+from brake_monitor.storage import memory_directory, memory_handover
 from brake_monitor.storage.evidence import SUFFIXES, Evidence, EvidenceFolder
 from brake_monitor.storage.memory import EVIDENCE_FOLDER, Memory
-from brake_monitor.storage.memory_directory import FILE_NAME, MemoryDirectory, state_directory
+from brake_monitor.storage.memory_directory import FILE_NAME, MemoryDirectory, set_aside_in, state_directory
 from brake_monitor.storage.store import Store
 from brake_monitor.storage.store_batch import Batch
 from brake_monitor.storage.store_file import StoreError
@@ -270,6 +272,23 @@ def test_of_what_is_refused_again_and_again_only_the_last_is_kept(tmp_path: Path
         with began(tmp_path, StandIn()):
             pass
     assert len(list(tmp_path.glob("refused-*"))) == 5
+
+
+def test_what_is_refused_while_the_clock_is_years_behind_is_kept(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """As on a gateway without a battery for its clock, before the network has set it."""
+    before = [tmp_path / f"refused-2026010{day}T000000.000000Z-{FILE_NAME}" for day in range(1, 6)]
+    for path in before:
+        path.write_text("refused")
+    (tmp_path / FILE_NAME).write_text("no memory")
+    booted = SimpleNamespace(now=lambda zone: datetime(1970, 1, 1, tzinfo=zone))
+    monkeypatch.setattr(memory_directory, "datetime", booted)
+    with began(tmp_path, StandIn()):
+        pass
+    (kept,) = set(set_aside_in(tmp_path)) - set(before)
+    assert kept.read_text() == "no memory"
+    assert set_aside_in(tmp_path) == [kept, *before[1:]]
 
 
 def test_a_file_damaged_while_the_daemon_runs_is_replaced_by_all_that_it_knows(

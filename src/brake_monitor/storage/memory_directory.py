@@ -100,6 +100,7 @@ class MemoryDirectory:
                 path.rename(target)
         log.warning("%s; it is kept as %s, and a new memory begins", reason, aside.name)
         self._path.with_name(f"{FILE_NAME}-shm").unlink(missing_ok=True)
-        for old in set_aside_in(self.place)[:-REFUSED_KEPT]:
+        others = [path for path in set_aside_in(self.place) if path != aside]  # whatever the clock shows
+        for old in others[: 1 - REFUSED_KEPT]:
             old.unlink()
             log_of(old).unlink(missing_ok=True)
