@@ -2,6 +2,7 @@
 
 import gzip
 from collections.abc import Callable, Iterable, Iterator
+from itertools import dropwhile
 from pathlib import Path
 
 import pytest
@@ -71,6 +72,21 @@ def test_any_rate_of_output(rate_hz: float) -> None:
     settings = replace(settings, output=replace(settings.output, rate_hz=rate_hz))
     frames = mixed(9)
     assert played(settings, cut(frames, 9)) == stepped(settings, frames)
+
+
+@pytest.mark.parametrize("rate_hz", [0.0, 1.0, 10.0, 50.0])
+@pytest.mark.parametrize("ahead_s", [0.005, 0.04, 0.09, 0.2])
+def test_a_first_frame_that_is_ahead_of_those_behind_it(rate_hz: float, ahead_s: float) -> None:
+    """As two buses may begin, here with a force, of which no estimate is made. The rules look before one is."""
+    settings = two_buses()
+    settings = replace(settings, output=replace(settings.output, rate_hz=rate_hz))
+    ids = {m.message: m.can_id for m in Pipeline.from_settings(settings).decoder.matchings}
+    force = next(frame for frame in braking() if frame.can_id == ids["BCU"])
+    behind = list(dropwhile(lambda frame: frame.can_id != ids["WSP"], braking()))[:300]
+    frames = [force._replace(time_s=behind[0].time_s + ahead_s), *behind]
+    expected = stepped(settings, frames)
+    assert len(expected) > 3
+    assert played(settings, cut(frames, 3)) == expected
 
 
 @pytest.mark.parametrize("rate_hz", [0.0, 10.0, 100.0])

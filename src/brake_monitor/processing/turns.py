@@ -1,6 +1,6 @@
 """When a pipeline has something to do: to let the rules look, to give out an estimate. Time is the frames'."""
 
-from math import floor, isnan, nan
+from math import floor, inf, isnan, nan
 
 from brake_monitor.frame import MOST_LATE_S
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
@@ -21,8 +21,8 @@ class Turns:
         self.taken_s = 0.0  # when time last went on
         self.fused_s = 0.0  # when a sample was last fused
         self.latest_s = 0.0  # how far time had gone when something was last fused, late frames apart
-        self.observed = -1  # turn that the rules looked in last
-        self.given = -1  # turn that an estimate was last given out in
+        self.observed = -inf  # turn that the rules looked in last; the first may be -1, where frames come late
+        self.given = -inf  # turn that an estimate was last given out in
 
     @property
     def have_begun(self) -> bool:
