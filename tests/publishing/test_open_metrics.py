@@ -1,5 +1,6 @@
 """Health as other tools scrape it: real HTTP, read by the standard client library's own parser."""
 
+import re
 import socket
 import struct
 import threading
@@ -75,6 +76,19 @@ def test_what_is_scraped_is_the_health() -> None:
     assert below["brake_monitor_latency_seconds_bucket 0.001"] == 3  # cumulative, bounds included
     assert below["brake_monitor_latency_seconds_bucket 0.005"] == 4
     assert below["brake_monitor_latency_seconds_bucket +Inf"] == 5
+
+
+def test_every_metric_is_told() -> None:
+    page = (Path(__file__).parents[2] / "docs" / "interface.md").read_text()
+    named = set(re.findall(r"`(brake_monitor_[a-z_]+)", page)) - {"brake_monitor_"}
+    port = free_port()
+    with open_metrics(port, health):
+        found = {re.sub(r"_(bucket|count|sum)$", "", sample.partition(" ")[0]) for sample in scraped(port)}
+    numbers = {
+        name.removeprefix("brake_monitor_").removesuffix("_total").replace("_seconds", "_s") for name in found - named
+    }
+    assert numbers <= set(HealthMessage.__struct_fields__)
+    assert named <= found
 
 
 def test_the_status_of_the_newest_estimate_is_told_and_that_there_is_none_yet() -> None:
