@@ -1,9 +1,11 @@
 """From truth to frames and files: what the bus carries is the truth within the sensors' errors, seed by seed."""
 
 import csv
+import errno
 import gzip
 import json
 import logging
+import os
 import shutil
 import sys
 from collections.abc import Iterator
@@ -400,6 +402,17 @@ def test_what_python_can_says_beside_a_refusal_is_not_told(
     monkeypatch.setattr(can, "Bus", half_open)
     assert main(["simulate", "dry", "--bus", "udp_multicast:192.0.2.1"]) == 2
     assert caplog.records == []
+
+
+def test_a_machine_without_can_is_named_as_one(
+    monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    def no_family(**_: str) -> None:
+        raise OSError(errno.EAFNOSUPPORT, os.strerror(errno.EAFNOSUPPORT))
+
+    monkeypatch.setattr(can, "Bus", no_family)
+    assert main(["simulate", "dry", "--bus", "socketcan:can0"]) == 2
+    assert "cannot be opened: this machine's kernel has no SocketCAN" in capsys.readouterr().err
 
 
 def test_what_is_to_be_played_is_told_before(

@@ -31,6 +31,8 @@ _CAN_RAW_ERR_FILTER = 2
 
 def reason_of(error: Exception) -> str:
     """Say in one line why a bus failed."""
+    if getattr(error, "errno", None) == errno.EAFNOSUPPORT:  # in the system's words an address would be at fault
+        return "this machine's kernel has no SocketCAN"
     return getattr(error, "strerror", None) or " ".join(str(error).split()) or type(error).__name__
 
 
