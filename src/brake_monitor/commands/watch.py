@@ -17,7 +17,8 @@ from brake_monitor.host.stop_signals import stopped_by_signals
 
 DESCRIPTION = """\
 Shows what is published: one wagon in full, or a line for each of a fleet, with alarms, sparklines, and whether it is
-live. On a terminal it needs the extra 'desk'; into a pipe it prints plain lines, one per wagon and second."""
+live. On a terminal it needs the extra 'desk'; into a pipe it prints plain lines, one per wagon and second. A ± is one
+standard deviation."""
 
 EPILOG = """\
 examples:
