@@ -25,7 +25,7 @@ from brake_monitor.estimation.core.readout import (
     of_wagon,
     of_wheelset,
     read_out,
-    timed_std,
+    timed_variance,
     trust_in,
     unproven_mps,
     unseen_adhesion_std,
@@ -224,7 +224,7 @@ teach(
     (CoreTuple, Innovation, Measured, FilterTuple),
     (
         slip_of, ekf.correct, share_memory_steps, settling_share, moves,
-        read_out, of_wagon, of_wheelset, load_share, timed_std, trust_in, unproven_mps, unseen_adhesion_std,
+        read_out, of_wagon, of_wheelset, load_share, timed_variance, trust_in, unproven_mps, unseen_adhesion_std,
         unseen_friction_variance, pause_variance, log_normal, log_sum, rail_radps2, brake_radps2, braking_ratio,
         motor_demand,
     ),

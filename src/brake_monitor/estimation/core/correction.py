@@ -173,7 +173,7 @@ class Correction(ChangeDoubt):
         own_variance = radius_m * radius_m * variance
         residual, total_variance = self.innovation(n, rolling_mps, own_variance)
         gate = OUTLIER_SIGMA * sqrt(total_variance) + FASTEST_WAGON_MPS2 * self.readings[i].spacing_s
-        total_variance += (std * rolling_mps) ** 2
+        total_variance += std * std * rolling_mps * rolling_mps
         return abs(residual) > gate or self.filter.fuse(now, self.wheels, n, residual, total_variance)
 
     def is_outlier(self, index: int, residual: float, gate: float, unseen_s: float, since_s: float) -> bool:
@@ -224,8 +224,8 @@ class Correction(ChangeDoubt):
         spin_per_adhesion = rail_radps2(wheel, wheel.wheel_load_n, 1.0 if wheel.turns else 0.0) * since_s
         lost_mps = wheel.wheel_load_n / self.now.mass_kg * since_s
         if spin_per_adhesion > 0.0:
-            variance = (residual / spin_per_adhesion) ** 2
-            self.filter.admit_jump(self.adhesion_place + i, variance, i, spin_per_adhesion, lost_mps)
+            jump = residual / spin_per_adhesion
+            self.filter.admit_jump(self.adhesion_place + i, jump * jump, i, spin_per_adhesion, lost_mps)
 
     def end_acceleration(self, i: int) -> None:
         """Take from mu_w,i what has turned a wheelset up that was found back to rolling: no more than is asked for.
@@ -243,7 +243,8 @@ class Correction(ChangeDoubt):
         if slip <= QUICK_SLIP and turned_up_radps > LEAST_TURNED_UP * self.filter.x[i]:
             left = slip / QUICK_SLIP
             self.filter.scale(place, left, asked)
-            self.filter.widen(place, (LEFT_STD * (1.0 - left) * excess) ** 2)
+            left_std = LEFT_STD * (1.0 - left) * excess
+            self.filter.widen(place, left_std * left_std)
 
     def take_back_jump(self, i: int, value: float, variance: float) -> int:
         """Set mu_w,i and v back to before a reading that was taken for a jump of adhesion, and was a spike."""

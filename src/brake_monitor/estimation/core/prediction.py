@@ -1,6 +1,6 @@
 """The core's prediction: inputs of a step, x and P after it, and what is followed from step to step."""
 
-from math import exp, hypot, inf
+from math import exp, inf, sqrt
 
 from brake_monitor.estimation.brake_work import CRAWLING_MPS, SLIDING_SLIP
 from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S, UNKNOWN_ADHESION_STD, RegimeWatch
@@ -40,7 +40,7 @@ class Prediction(RegimeWatch):
             wheel.end_force_n = force.value
             if wheel.slides != 0.0:
                 mistimed_ns = TIMING_STD_S * (wheel.end_force_n - wheel.begin_force_n)
-                wheel.impulse_std_ns = hypot(wheel.impulse_std_ns, mistimed_ns)
+                wheel.impulse_std_ns = sqrt(wheel.impulse_std_ns * wheel.impulse_std_ns + mistimed_ns * mistimed_ns)
             braked = braked or wheel.begin_force_n != 0.0 or wheel.end_force_n != 0.0
             wheel.begin_load_n = wheel.wheel_load_n
             wheel.wheel_load_n = wheel.next_wheel_load_n

@@ -4,7 +4,7 @@ Runs in Python and compiled, as the core does: a compiled run writes rows withou
 """
 
 from collections.abc import MutableSequence
-from math import hypot, inf, nan, sqrt
+from math import inf, nan, sqrt
 from typing import NamedTuple
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
@@ -96,7 +96,7 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
         adhesion += share * x[first + i]
         for j in range(n):
             variance += share * load_share(core, j) * covariance[first + i][first + j]
-    adhesion_std = timed_std(core, variance)
+    adhesion_std = sqrt(timed_variance(core, variance))
     trust = trust_in(lost, now.near_standstill, settles, adhesion_std > core.converged_adhesion_std, doubts != 0)
     return WagonReadout(
         now.time_s,
@@ -120,6 +120,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
     now, wheel, friction, adhesion = core.now, core.wheels[i], core.friction_place + i, core.adhesion_place + i
     x, covariance, applied = core.filter.x, core.filter.covariance, now.application
     friction_std = sqrt(max(covariance[friction][friction], 0.0) + unseen_friction_variance(core, i))
+    unseen_std = unseen_adhesion_std(core, i)
     lost = now.speed_lost or wheel.axle_speed_lost or wheel.force_lost
     trust = trust_in(
         lost, wheel.friction_observable == 0.0, settles, friction_std > core.converged_friction_std, doubts != 0
@@ -133,7 +134,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         min(applied.line_friction_std, sqrt(applied.line_friction_share) * friction_std),
         float(trust),
         x[adhesion],
-        hypot(timed_std(core, covariance[adhesion][adhesion]), unseen_adhesion_std(core, i)),
+        sqrt(timed_variance(core, covariance[adhesion][adhesion]) + unseen_std * unseen_std),
         wheel.force.value,
         float(wheel.checks.still.renewals),
         1.0 if wheel.checks.scatter.is_large else 0.0,
@@ -167,9 +168,10 @@ def unproven_mps(core: CoreNumbers) -> float:
     return 0.0 if is_proven else core.now.speed_per_lag_mps2 * lag_s
 
 
-def timed_std(core: CoreNumbers, variance: float) -> float:
-    """The deviation of an adhesion, with what it has changed since the moment that late pressing forces tell of."""
-    return hypot(sqrt(max(variance, 0.0)), core.now.missed_deceleration_mps2 / GRAVITY_MPS2)
+def timed_variance(core: CoreNumbers, variance: float) -> float:
+    """The variance of an adhesion, with what it has changed since the moment that late pressing forces tell of."""
+    missed = core.now.missed_deceleration_mps2 / GRAVITY_MPS2
+    return max(variance, 0.0) + missed * missed
 
 
 def unseen_adhesion_std(core: CoreNumbers, i: int) -> float:

@@ -22,7 +22,7 @@ class Belief:
         self.x[place] = value
         for k in range(len(self.x)):
             self.covariance[place][k] = self.covariance[k][place] = 0.0
-        self.covariance[place][place] = std**2
+        self.covariance[place][place] = std * std
 
     def scale(self, place: int, factor: float, about: float) -> None:
         """Multiply a state's distance from `about` by a known factor."""
@@ -89,7 +89,7 @@ class Belief:
             return SLOW_SPEED_DENSITY * step_s
         variance: float = self.covariance[place][place]
         lost = variance * (1.0 - exp(-2.0 * step_s / SLOW_ADHESION_S))
-        return lost + min(SLOW_ADHESION_DENSITY * step_s, max(self.adhesion_std**2 - variance, 0.0))
+        return lost + min(SLOW_ADHESION_DENSITY * step_s, max(self.adhesion_std * self.adhesion_std - variance, 0.0))
 
     def save(self, place: int) -> None:
         """Save x and P as they are now in the snapshot number `place`."""

@@ -1,6 +1,6 @@
 """A known input (pressing force, torque) between its samples."""
 
-from math import exp, hypot
+from math import exp, sqrt
 
 PROMPT_S = 0.03  # a valve and its cylinder take this long: samples no further apart miss no change
 VENTING_S = 0.1  # time constant of a cylinder whose valve opens
@@ -66,7 +66,8 @@ class HeldInput:
         if self._made_up == 0.0 == self._slope:  # as it is in a brake that is released
             return 0.0
         age_s = time_s - self._sampled_s
-        return hypot(self._made_up, 0.5 * self._slope * age_s * age_s)
+        held = 0.5 * self._slope * age_s * age_s
+        return sqrt(self._made_up * self._made_up + held * held)
 
     def unseen_std_until(self, time_s: float) -> float:
         """How far the impulse may be off at time_s by what a valve may have done since the last sample.
