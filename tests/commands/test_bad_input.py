@@ -385,7 +385,7 @@ def test_an_identifier_and_a_time_that_no_frame_has(folder: Path) -> None:
     head = "timestamp,arbitration_id,extended,remote,error,dlc,data\n"
     for name, row in (("id", "1.0,0x3fffffff,1,0,0,1,AA=="), ("time", "1e300,0x120,0,0,0,1,AA==")):
         (folder / f"{name}.csv").write_text(f"{head}{row}\n")
-    assert_refused(folder, "replay -c wagon.toml id.csv", "id.csv:2: ", "identifier 3FFFFFFF has more than 29 bits")
+    assert_refused(folder, "replay -c wagon.toml id.csv", "id.csv:2: ", "identifier 0x3FFFFFFF has more than 29 bits")
     assert_refused(folder, "check -c wagon.toml time.csv", "time.csv:2: ", "time stamp 1e+300")
     (folder / "long.log").write_text(f"({'9' * 310}.0) can0 120#00\n")
     assert_refused(folder, "replay -c wagon.toml long.log", "long.log:1: not a line of candump's log format")

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 
 from brake_monitor.cli import main
+from brake_monitor.errors import brief
 from brake_monitor.settings.example_vehicles import example_config
 
 GOLDEN = Path(__file__).parents[1] / "golden" / "slide.log.gz"
@@ -75,7 +76,7 @@ def test_nor_does_one_that_cannot_be_asked_for(
     assert replay(*logs, "--jobs", 1) == 2
     said = capsys.readouterr()
     assert "wheelset 2: friction" in said.out.partition(str(logs[1]))[2]
-    assert said.err == f"brake-monitor: {logs[0]}: cannot be read: File name too long\n"
+    assert said.err == brief(f"brake-monitor: {logs[0]}: cannot be read: File name too long\n")
 
 
 @pytest.mark.parametrize(
