@@ -27,6 +27,13 @@ def wagon() -> tuple[Settings, tuple[Channel, ...]]:
     return settings, SignalDecoder.from_settings(settings).channels
 
 
+def two_judges() -> tuple[InputJudge, InputJudge]:
+    """One that is to see samples together, one that is to see them one by one."""
+    settings, channels = wagon()
+    ratios = settings.estimator.contact_force_n
+    return InputJudge(settings, channels, SpeedRatios(ratios)), InputJudge(settings, channels, SpeedRatios(ratios))
+
+
 def speed_mps(time_s: float) -> float:
     """A wagon that stands, starts, brakes to a halt, stands again, and moves on for a second.
 
@@ -139,10 +146,7 @@ def shown_at_once(judge: InputJudge) -> tuple[object, ...]:
 def test_together_they_leave_what_they_leave_one_by_one(
     bad: float, set_back_at_s: float, heading: float, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    settings, channels = wagon()
-    together, singly = (
-        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
-    )
+    together, singly = two_judges()
     passed: list[int] = []
     pass_over = BlockWatch.pass_over
 
@@ -176,43 +180,44 @@ def test_together_they_leave_what_they_leave_one_by_one(
     assert sum(passed) > 0.5 * samples_count
 
 
-def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither() -> None:
-    """They fall as no rolling wheelset does, and nobody knows yet what they should do."""
-    settings, channels = wagon()
-    together, singly = (
-        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
-    )
-    numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
-    wheel, vehicle = numbers[Quantity.AXLE_SPEED], numbers[Quantity.SPEED]
-    rows = [(k, wheel, 45.0 - k if k < 30 else 15.0) for k in range(60)]
-    rows += [(k, vehicle, 15.0 * settings.vehicle.wheel_radius_m[0]) for k in range(30, 60, 5)]
-    rows.sort(key=lambda row: row[0])
-    step, number, value = (np.array(column) for column in zip(*rows, strict=True))
-    samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(len(rows), int(Quality.GOOD)))
+def numbers() -> dict[Quantity, int]:
+    """The first channel of each quantity."""
+    return {channel.quantity: k for k, channel in reversed(list(enumerate(wagon()[1])))}
+
+
+def block_of(rows: list[tuple[int, int, float]]) -> SampleBlock:
+    """Good samples by step, number of the channel and value, in order of time."""
+    step, number, value = (np.array(column) for column in zip(*sorted(rows, key=lambda row: row[0]), strict=True))
+    good = np.full(len(rows), int(Quality.GOOD))
+    return SampleBlock(wagon()[1], step, BEGIN_S + step * STEP_S, number, value, good)
+
+
+def show_both(together: InputJudge, singly: InputJudge, samples: SampleBlock) -> None:
+    """Show them, by seven, to the one, and one by one to the other."""
     for first in range(0, len(samples), 7):
         together.see_together(samples, first, min(first + 7, len(samples)))
     for sample in samples.at(np.arange(len(samples))):
         singly.see(Sample(*sample))
+
+
+def test_what_wheels_do_before_the_first_speed_of_the_vehicle_counts_in_neither() -> None:
+    """They fall as no rolling wheelset does, and nobody knows yet what they should do."""
+    rolling_mps = 15.0 * wagon()[0].vehicle.wheel_radius_m[0]
+    rows = [(k, numbers()[Quantity.AXLE_SPEED], 45.0 - k if k < 30 else 15.0) for k in range(60)]
+    rows += [(k, numbers()[Quantity.SPEED], rolling_mps) for k in range(30, 60, 5)]
+    together, singly = two_judges()
+    show_both(together, singly, block_of(rows))
     assert state(together) == state(singly)
 
 
 @pytest.mark.parametrize("rolling_mps", [0.48, 0.51, 0.6])
 def test_at_a_crawl_wheels_beside_a_speed_that_is_no_longer_told_do_the_same_in_both(rolling_mps: float) -> None:
     """The vehicle's speed was 0.52 m/s when it was told last, more than two seconds ago."""
-    settings, channels = wagon()
-    together, singly = (
-        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
-    )
-    numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
-    rolling_radps = rolling_mps / settings.vehicle.wheel_radius_m[0]
-    rows = [(0, numbers[Quantity.SPEED], 0.52)]
-    rows += [(k, numbers[Quantity.AXLE_SPEED], rolling_radps) for k in range(1, 400, 2)]
-    step, number, value = (np.array(column) for column in zip(*rows, strict=True))
-    samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(len(rows), int(Quality.GOOD)))
-    for first in range(0, len(samples), 7):
-        together.see_together(samples, first, min(first + 7, len(samples)))
-    for sample in samples.at(np.arange(len(samples))):
-        singly.see(Sample(*sample))
+    rolling_radps = rolling_mps / wagon()[0].vehicle.wheel_radius_m[0]
+    rows = [(0, numbers()[Quantity.SPEED], 0.52)]
+    rows += [(k, numbers()[Quantity.AXLE_SPEED], rolling_radps) for k in range(1, 400, 2)]
+    together, singly = two_judges()
+    show_both(together, singly, block_of(rows))
     assert state(together) == state(singly)
 
 
@@ -220,16 +225,10 @@ def test_at_a_crawl_wheels_beside_a_speed_that_is_no_longer_told_do_the_same_in_
 @pytest.mark.parametrize("jump_at", range(20, 28))
 def test_a_vehicle_speed_that_jumps_is_seen_in_both(jump_at: int, to_mps: float) -> None:
     """All wheelsets go on turning; the samples before and after it may be shown together or not."""
-    settings, channels = wagon()
-    together, singly = (
-        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
-    )
-    numbers = {channel.quantity: k for k, channel in reversed(list(enumerate(channels)))}
-    rows = [(k, numbers[Quantity.AXLE_SPEED], 45.0) for k in range(0, 50, 2)]
-    rows += [(k, numbers[Quantity.SPEED], 20.0 if k < jump_at else to_mps) for k in range(1, 50, 2)]
-    rows.sort()
-    step, number, value = (np.array(column) for column in zip(*rows, strict=True))
-    samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(len(rows), int(Quality.GOOD)))
+    rows = [(k, numbers()[Quantity.AXLE_SPEED], 45.0) for k in range(0, 50, 2)]
+    rows += [(k, numbers()[Quantity.SPEED], 20.0 if k < jump_at else to_mps) for k in range(1, 50, 2)]
+    samples = block_of(rows)
+    together, singly = two_judges()
     for first in range(0, len(samples), 5):
         together.see_together(samples, first, first + 5)
         for sample in samples.at(np.arange(first, first + 5)):
@@ -241,15 +240,13 @@ def test_a_vehicle_speed_that_jumps_is_seen_in_both(jump_at: int, to_mps: float)
 @pytest.mark.parametrize("presses_at", range(20, 30))
 def test_a_brake_that_begins_to_press_is_seen_in_both(presses_at: int) -> None:
     """The last sample of a released brake may be shown together with the first one that presses, or not."""
-    settings, channels = wagon()
-    together, singly = (
-        InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n)) for _ in range(2)
-    )
+    together, singly = two_judges()
+    channels = wagon()[1]
     forces = [k for k, channel in enumerate(channels) if channel.quantity is Quantity.PRESSING_FORCE]
     place = np.arange(50)
     step, number = place // len(forces), np.array(forces)[place % len(forces)]
     value = np.where(place < presses_at, 0.0, 20e3 + step)
-    samples = SampleBlock(channels, step, BEGIN_S + step * STEP_S, number, value, np.full(50, int(Quality.GOOD)))
+    samples = block_of(list(zip(step.tolist(), number.tolist(), value.tolist(), strict=True)))
     for first in range(0, len(samples), 5):
         together.see_together(samples, first, first + 5)
         for sample in samples.at(np.arange(first, first + 5)):
