@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager, nullcontext
 from functools import cache
+from math import inf
 from pathlib import Path
 from shutil import copytree
 
@@ -38,7 +39,7 @@ from brake_monitor.simulator.plant import Modifiers
 from brake_monitor.simulator.simulate import EPOCH_S
 from drives import DRY, SLIDE
 from drives import drive as simulated
-from faults import frozen, lagging, scattered
+from faults import frozen, lagging, lost, scattered, silence
 from machine_code import by_machine_code
 from motor_drives import SLIPPERY, recording, scaled
 from program import until
@@ -195,6 +196,14 @@ def test_machine_code_gives_the_same_numbers_of_samples_that_wait_for_slower_sen
     settings, frames = drive(*DRIVES[name])
     back = frames[: FEW // 2] + [f._replace(time_s=f.time_s - 20.0) for f in frames[FEW // 2 :]]  # a clock is set
     assert_the_same(delayed(settings), back)
+
+
+def test_machine_code_gives_the_same_numbers_of_wheelsets_that_are_found_to_turn_again_after_a_silence() -> None:
+    """They alone tell the speed then, and turn slower than the wagon ran before: no slide, for all one knows."""
+    settings, frames = drive("wagon/locked/0", EstimatorSettings())
+    locked_until_s = 46.5
+    silent = silence(locked_until_s - 3.0, locked_until_s + 5.0)(frames)
+    assert_the_same(settings, lost("GNSS", locked_until_s - 6.0, inf)(silent))
 
 
 @pytest.mark.parametrize("sensor", ["vehicle speed", "wheel speed"])

@@ -103,7 +103,7 @@ class RegimeWatch(MotorWatch):
         settled = not time_s - wheel.slid_s < UNSETTLED_S
         wheel.turns = turns
         wheel.has_equation = 1.0 if turns and known else 0.0
-        wheel.slides = wheel.has_equation if slip > SLIDING_SLIP else 0.0
+        wheel.slides = wheel.has_equation if quick and slip > SLIDING_SLIP else 0.0
         wheel.rolls = 1.0 if turns and not quick else 0.0
         wheel.omega_density = q.omega if turns and known else UNKNOWN_TORQUE_DENSITY
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
