@@ -68,6 +68,12 @@ def test_brakes_have_the_size_that_their_forces_have_by_the_same_signal(tmp_path
     assert load(tmp_path, kilopascals).brake_forces == (1.0, 1.0)
 
 
+def test_brakes_whose_forces_are_mapped_have_the_size_that_the_vehicle_tells(tmp_path: Path) -> None:
+    """Motor wheelsets with half the discs: the bus tells newtons, so that all signals have the same scale."""
+    told = GOOD.replace("[vehicle]", "[vehicle]\nfull_pressing_force_n = [60000.0, 30000.0]")
+    assert load(tmp_path, told).brake_forces == pytest.approx((4 / 3, 2 / 3))
+
+
 @pytest.mark.parametrize(("name", "wheelsets"), [("rig", 1), ("wagon", 2), ("bogie", 4)])
 def test_example_vehicles_load(name: str, wheelsets: int) -> None:
     settings = load_settings(VEHICLES / f"{name}.toml")
@@ -276,6 +282,7 @@ def test_an_alarm_that_nothing_would_clear_is_refused(tmp_path: Path, table: str
         ("[4.5, -4.5]", "[9.0, 0.0]", "4: vehicle.axle_positions_m[1]: no weight rests on this wheelset: expected"),
         ("[4.5, -4.5]", "[0.0, -9.0]", "4: vehicle.axle_positions_m[2]: no weight rests on this wheelset: expected p"),
         (VEHICLE, VEHICLE + "\npivot_height_m = 0.9", "9: vehicle.pivot_height_m: expected wheelsets_per_bogie = 2 or"),
+        (VEHICLE, VEHICLE + "\nfull_pressing_force_n = [3e4]", "9: vehicle.full_pressing_force_n: expected a list of"),
         (VEHICLE, VEHICLE + "\nwheelsets_per_bogie = 0", "9: vehicle.wheelsets_per_bogie: expected a whole number not"),
         (
             VEHICLE,

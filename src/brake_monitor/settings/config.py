@@ -23,6 +23,7 @@ Count = Annotated[int, Meta(ge=1, le=100)]
 Inertia = Annotated[float, Meta(gt=0.0, le=1e5)]
 WheelRadius = Annotated[float, Meta(ge=0.001, le=2.0)]
 BrakeRadius = Annotated[float, Meta(ge=0.001, le=5.0)]
+FullForce = Annotated[float, Meta(gt=0.0, le=1e7)]
 Resistance = Annotated[float, Meta(ge=0.0, le=1e7)]
 Drag = Annotated[float, Meta(ge=0.0, le=1e5)]
 Delay = Annotated[float, Meta(ge=0.0, le=30.0)]
@@ -49,6 +50,7 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
     drag_n_per_mps2: Drag = 0.0
     wheelsets_per_bogie: Count = 1  # neighbours in one frame that pitches by itself; 1: all are in the body's
     pivot_height_m: Height = 0.0  # above the rail, where bogies take hold of the body
+    full_pressing_force_n: tuple[FullForce, ...] = ()  # of each brake; (): they are as `scale` of their signals says
 
     @property
     def wheelset_count(self) -> int:
@@ -202,12 +204,16 @@ class Settings(Struct, frozen=True, forbid_unknown_fields=True):
 
     @property
     def brake_forces(self) -> tuple[float, ...]:
-        """The pressing force of each wheelset over the mean of all, by design: where all signals say the same.
+        """The pressing force of each wheelset over the mean of all, by design, when all brakes are applied alike.
 
         More discs, larger cylinders and other leverages are in `scale`, newtons per bar. All are 1 where these differ
-        by more than brakes do: then one signal is in bar and another in kPa.
+        by more than brakes do: then one signal is in bar and another in kPa. Signals that tell forces themselves have
+        the same `scale` whatever the brakes' sizes: there the vehicle has to tell them.
         """
-        forces_n = [abs(own.scale) * si_factor("pressing_force", own.unit, 1.0) for own in self.signals.pressing_force]
-        if max(forces_n) > LARGEST_BRAKE_RATIO * min(forces_n):
-            return (1.0,) * len(forces_n)
+        forces_n = list(self.vehicle.full_pressing_force_n)
+        if not forces_n:
+            pressed = self.signals.pressing_force
+            forces_n = [abs(own.scale) * si_factor("pressing_force", own.unit, 1.0) for own in pressed]
+            if max(forces_n) > LARGEST_BRAKE_RATIO * min(forces_n):
+                return (1.0,) * len(forces_n)
         return tuple(force_n * len(forces_n) / sum(forces_n) for force_n in forces_n)

@@ -33,6 +33,8 @@ def check_vehicle(text: ConfigText, vehicle: Vehicle) -> None:
         given = len(getattr(vehicle, name))
         if given != count:
             text.refuse(("vehicle", name), f"expected {a_number_or_list(count)}, got {given}")
+    if vehicle.full_pressing_force_n and (given := len(vehicle.full_pressing_force_n)) != count:
+        text.refuse(("vehicle", "full_pressing_force_n"), f"expected a list of {count} (one per wheelset), got {given}")
     places = zip(vehicle.axle_positions_m, vehicle.wheel_radius_m, strict=True)
     for (one_m, one_radius_m), (other_m, other_radius_m) in combinations(places, 2):
         if abs(one_m - other_m) < (radius_m := max(one_radius_m, other_radius_m)):
