@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import pytest
+from msgspec import structs
 
 from brake_monitor.estimation.filter.filter_lines import (
     CorrectionFlags,
@@ -39,7 +40,7 @@ def test_those_of_like_wagons_are_the_same() -> None:
 
 
 OTHERS = {
-    "another mass": equations(replace(WAGON, mass_kg=1.01 * WAGON.mass_kg)),
+    "more drag": equations(replace(WAGON, vehicle=structs.replace(VEHICLE, drag_n_per_mps2=3.0))),
     "a worn wheel": equations(replace(WAGON, wheelsets=(FIRST._replace(wheel_radius_m=0.44), SECOND))),
     "another brake": equations(replace(WAGON, wheelsets=(FIRST, SECOND._replace(brake_radius_m=0.24)))),
     "another load": equations(replace(WAGON, wheelsets=(FIRST._replace(load_share=0.52), SECOND))),

@@ -53,7 +53,7 @@ def test_a_step_of_the_rig_adds_the_printed_q_and_nothing_else() -> None:
         has_equation=1.0, friction_observable=1.0, omega_density=RIG.omega
     )
     densities = FixedDensities(*[getattr(RIG, name) for name in FixedDensities._fields])
-    on_wagon = ActingOnWagon(wagon.mass_kg, 0.0, RIG.deceleration, 0.0, heading=1.0, torque_error_density=0.0)
+    on_wagon = ActingOnWagon(wagon.vehicle.mass_kg, 0.0, RIG.deceleration, 0.0, heading=1.0, torque_error_density=0.0)
     now = Conditions.of(StepLength(PAPER_STEP_S, 0.0, 0.0), on_wagon, [rubs], densities, SPEED_MPS)
     known = [[0.0] * wagon.layout.size for _ in range(wagon.layout.size)]
     q = np.zeros((wagon.layout.size, wagon.layout.size))

@@ -9,7 +9,6 @@ from hypothesis import strategies as st
 from brake_monitor.estimation.model.load_distribution import spread_over
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon
 from brake_monitor.settings.config import Vehicle
-from brake_monitor.settings.example_vehicles import example_settings
 from wagons import AXLES, make_wagon
 
 
@@ -47,7 +46,7 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     u = Inputs(
         pressing_force_n=vector(0.0, 90_000.0),
         wheel_torque_nm=vector(-5000.0, 5000.0),
-        mass_kg=wagon.mass_kg * draw(st.floats(0.6, 1.5)),
+        mass_kg=wagon.vehicle.mass_kg * draw(st.floats(0.6, 1.5)),
         gradient=draw(st.floats(-0.03, 0.03)),
         has_equation=[1.0] * n,
         friction_observable=(vector(0.0, 1.0) > 0.5).astype(float),
@@ -63,11 +62,11 @@ def test_wheel_loads_carry_the_wagon_and_its_braking_moment(situation: tuple[Wag
     """Moments about the centre of gravity: of what acts there, gravity and what is unmodelled, there is none."""
     wagon, x, u = situation
     load_n = np.array(u.wheel_load_n)
-    resistance_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * x[wagon.layout.speed] ** 2
+    resistance_n = wagon.vehicle.track_resistance_n + wagon.vehicle.drag_n_per_mps2 * x[wagon.layout.speed] ** 2
     positions = np.array(AXLES[wagon.layout.wheelset_count])
     assert load_n.sum() == pytest.approx(u.mass_kg * GRAVITY_MPS2)
     if wagon.layout.wheelset_count > 1:
-        moment = wagon.cog_height_m * (x[wagon.layout.adhesion] @ load_n + resistance_n)
+        moment = wagon.vehicle.cog_height_m * (x[wagon.layout.adhesion] @ load_n + resistance_n)
         assert load_n @ positions == pytest.approx(moment, abs=1e-6 * u.mass_kg)
 
 
@@ -78,7 +77,7 @@ def test_force_balance_of_the_whole_wagon(situation: tuple[Wagon, np.ndarray, In
     s = wagon.layout
     acceleration = wagon.derivative(x, u)[s.speed]
     creep_n = x[s.adhesion] @ u.wheel_load_n
-    resistance_n = wagon.track_resistance_n + wagon.drag_n_per_mps2 * x[s.speed] ** 2
+    resistance_n = wagon.vehicle.track_resistance_n + wagon.vehicle.drag_n_per_mps2 * x[s.speed] ** 2
     weight_n = u.mass_kg * GRAVITY_MPS2 * u.gradient
     unmodelled_n = u.mass_kg * x[s.deceleration]
     assert -u.mass_kg * acceleration == pytest.approx(creep_n + resistance_n + weight_n + unmodelled_n, abs=1e-3)
@@ -118,8 +117,9 @@ def test_a_gradient_known_or_not_leaves_the_wheels_alone(n: int) -> None:
 def test_two_axle_load_transfer_is_the_printed_one() -> None:
     """(4): ∓ (h/a) m v̇ for the wheel base a."""
     wagon = make_wagon(2)
-    load_n = np.array(wagon.wheel_load_n(-1.0, wagon.mass_kg))
-    assert load_n - wagon.mass_kg * GRAVITY_MPS2 / 2 == pytest.approx(1.6 / 9.0 * wagon.mass_kg * np.array([1.0, -1.0]))
+    mass_kg = wagon.vehicle.mass_kg
+    load_n = np.array(wagon.wheel_load_n(-1.0, mass_kg))
+    assert load_n - mass_kg * GRAVITY_MPS2 / 2 == pytest.approx(1.6 / 9.0 * mass_kg * np.array([1.0, -1.0]))
 
 
 def test_a_centre_of_gravity_off_the_middle_loads_the_nearer_wheelset() -> None:
@@ -136,7 +136,7 @@ def test_on_bogies_every_frame_is_in_balance(places_m: tuple[float, ...]) -> Non
     wagon = Wagon.from_vehicle(
         Vehicle("bogies", 72_000.0, places_m, cog_m, (118.0,) * 4, (0.445,) * 4, (0.247,) * 4, 0.0, 0.0, 2, pivot_m)
     )
-    m, places = wagon.mass_kg, np.array(places_m).reshape(2, 2)
+    m, places = wagon.vehicle.mass_kg, np.array(places_m).reshape(2, 2)
     centres_m = places.mean(axis=1)
     at_rest_n = np.array(wagon.wheel_load_n(0.0, m)).reshape(2, 2)
     assert at_rest_n[:, 0] == pytest.approx(at_rest_n[:, 1])  # nothing pitches a bogie
@@ -164,7 +164,7 @@ def test_a_wheelset_in_balance_keeps_its_speed() -> None:
     """(6): mu_w F_z r_W = mu_b F r_B when omega does not change."""
     wagon = make_wagon(1)
     x, s = braking_state(wagon), wagon.layout
-    load_n = wagon.mass_kg * GRAVITY_MPS2
+    load_n = wagon.vehicle.mass_kg * GRAVITY_MPS2
     (wheelset,) = wagon.wheelsets
     u = braking_inputs(wagon, 0.1 * load_n * wheelset.wheel_radius_m / (0.35 * wheelset.brake_radius_m))
     assert wagon.derivative(x, u)[s.omega] == pytest.approx(0.0, abs=1e-9)
@@ -217,9 +217,9 @@ def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:
     wagon = make_wagon(2)
     symbols = sympy.symbols("w1 w2 v b1 b2 a1 a2 d E B C1 C2 C3 L")
     _, _, v, b1, b2, a1, a2, d, *_ = symbols
-    m, h, a = wagon.mass_kg, wagon.cog_height_m, 9.0
+    m, h, a = wagon.vehicle.mass_kg, wagon.vehicle.cog_height_m, 9.0
     front, rear, rail = sympy.symbols("front rear rail")  # `rail`: what rail and air make of v̇
-    resistance = wagon.track_resistance_n + wagon.drag_n_per_mps2 * v**2
+    resistance = wagon.vehicle.track_resistance_n + wagon.vehicle.drag_n_per_mps2 * v**2
     force = (30_000.0, 50_000.0)
     first, second = wagon.wheelsets
     rows = [
@@ -241,9 +241,3 @@ def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:
     moving = [0, 1, 2]
     assert wagon.jacobian(x, u)[moving] == pytest.approx(expected, rel=1e-9, abs=1e-9)
     assert not np.delete(wagon.jacobian(x, u), moving, axis=0).any()
-
-
-@pytest.mark.parametrize("speed_mps", [0.0, 12.0, 55.0])
-def test_what_resists_the_wagon_is_the_same_to_the_filter_and_to_the_alarms(speed_mps: float) -> None:
-    vehicle = example_settings("wagon").vehicle
-    assert Wagon.from_vehicle(vehicle).resistance_n(speed_mps) == pytest.approx(vehicle.resistance_n(speed_mps))

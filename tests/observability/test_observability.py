@@ -175,7 +175,7 @@ def inverse_map(wagon: Wagon, z: np.ndarray, u: Inputs, deceleration_mps2: float
         raise ValueError("the map has no inverse: a pad does not press, or a wheelset does not turn")
     speed, omega_dot, acceleration = float(z[n]), z[n + 1 : 2 * n + 1], float(z[2 * n + 1])
     pitching_mps2 = acceleration + deceleration_mps2 + GRAVITY_MPS2 * u.gradient
-    creep_n = -(u.mass_kg * pitching_mps2 + wagon.resistance_n(speed))  # (18), with its sign
+    creep_n = -(u.mass_kg * pitching_mps2 + wagon.vehicle.resistance_n(speed))  # (18), with its sign
     adhesion = creep_n / (u.mass_kg * GRAVITY_MPS2)
     load_n = np.array(wagon.wheel_load_n(pitching_mps2, u.mass_kg))
     inertia_kgm2, wheel_m, brake_m, *_ = np.array(wagon.wheelsets).T
@@ -370,7 +370,7 @@ def pressed(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
         pressing_force_n=vector(500.0, 90_000.0),
         wheel_torque_nm=vector(-5000.0, 5000.0),
         gradient=draw(st.floats(-0.03, 0.03)),
-        mass_kg=wagon.mass_kg * draw(st.floats(0.6, 1.5)),
+        mass_kg=wagon.vehicle.mass_kg * draw(st.floats(0.6, 1.5)),
     )
     return wagon, x, u
 
@@ -389,12 +389,12 @@ def test_the_inverse_reads_the_deceleration_with_g_and_not_half_of_it(n: int) ->
     wagon = make_wagon(n)
     u = wagon.inputs()._replace(pressing_force_n=np.full(wagon.layout.wheelset_count, 40_000.0))
     z = np.zeros(2 * n + 2)
-    z[-1] = -0.981 - wagon.track_resistance_n / wagon.mass_kg
+    z[-1] = -0.981 - wagon.vehicle.track_resistance_n / wagon.vehicle.mass_kg
     x, s = inverse_map(wagon, z, u), wagon.layout
     assert x[s.adhesion] == pytest.approx(0.1)
     radii = np.array([own.brake_radius_m / own.wheel_radius_m for own in wagon.wheelsets])
-    brake_force_n = x[s.friction] * u.pressing_force_n * radii
-    assert brake_force_n.sum() == pytest.approx(0.1 * wagon.mass_kg * 9.81)  # wheels at constant speed pass it on
+    brake_force_n = x[s.friction] * u.pressing_force_n * radii  # wheels at constant speed pass it on
+    assert brake_force_n.sum() == pytest.approx(0.1 * wagon.vehicle.mass_kg * 9.81)
 
 
 def test_there_is_no_inverse_where_a_pad_does_not_press_or_a_wheelset_is_locked() -> None:

@@ -96,7 +96,7 @@ def _sensors(settings: Settings) -> Sensors:
 
 def _full_force_n(wagon: Wagon, friction: float) -> float:
     """The pressing force that asks FULL_ADHESION of the most loaded wheelset, rounded up."""
-    loads_n = wagon.wheel_load_n(0.0, wagon.mass_kg)
+    loads_n = wagon.wheel_load_n(0.0, wagon.vehicle.mass_kg)
     asked = [friction * braking_ratio(own, 1.0, load_n) for own, load_n in zip(wagon.wheelsets, loads_n, strict=True)]
     force_n = max(FULL_ADHESION / per_n for per_n in asked)
     return ceil(force_n / FORCE_STEP_N) * FORCE_STEP_N

@@ -65,7 +65,7 @@ class Vehicle(Struct, frozen=True, forbid_unknown_fields=True):
 
     def resistance_n(self, speed_mps: float) -> float:
         """F_TR + k_d v², which brakes; the gradient is not in it."""
-        return self.track_resistance_n + self.drag_n_per_mps2 * speed_mps**2
+        return self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
 
 
 class CanBus(Struct, frozen=True, forbid_unknown_fields=True):

@@ -30,9 +30,9 @@ def new_core(
     measured = [*((Quantity.AXLE_SPEED, i) for i in range(layout.wheelset_count)), (Quantity.SPEED, 0)]
     noise_std = [by_measurand[measurand].noise_std for measurand in measured]
     has_torque_signal = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in channels)
-    loads_n = wagon.wheel_load_n(0.0, wagon.mass_kg)
+    loads_n = wagon.wheel_load_n(0.0, wagon.vehicle.mass_kg)
     return kind(
-        now=WagonMoment(wagon.mass_kg, tuning.deceleration_per_metre),
+        now=WagonMoment(wagon.vehicle.mass_kg, tuning.deceleration_per_metre),
         wheelset_count=layout.wheelset_count,
         friction_place=layout.friction.start,
         adhesion_place=layout.adhesion.start,

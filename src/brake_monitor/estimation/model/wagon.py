@@ -106,11 +106,8 @@ class Wagon:
     """The parameters of (1)-(11)."""
 
     layout: StateLayout
-    mass_kg: float
-    cog_height_m: float
+    vehicle: Vehicle
     wheelsets: tuple[Wheelset, ...]
-    track_resistance_n: float
-    drag_n_per_mps2: float
     relaxation: FrictionRelaxation | None = None  # (9); without it mu_b,i is a random walk (8)
 
     @classmethod
@@ -125,32 +122,25 @@ class Wagon:
         own = vehicle.wheelset_inertia_kgm2, vehicle.wheel_radius_m, vehicle.brake_radius_m
         return cls(
             layout=StateLayout(vehicle.wheelset_count, has_motors=has_motors),
-            mass_kg=vehicle.mass_kg,
-            cog_height_m=vehicle.cog_height_m,
+            vehicle=vehicle,
             wheelsets=tuple(Wheelset(*row) for row in zip(*own, shares.tolist(), transfers.tolist(), strict=True)),
-            track_resistance_n=vehicle.track_resistance_n,
-            drag_n_per_mps2=vehicle.drag_n_per_mps2,
             relaxation=relaxation,
         )
 
     def inputs(self) -> Inputs:
         """Return inputs of a wagon that rolls freely on level track."""
         n = self.layout.wheelset_count
-        load_n = self.wheel_load_n(0.0, self.mass_kg)
+        load_n = self.wheel_load_n(0.0, self.vehicle.mass_kg)
         wheel_m = [wheelset.wheel_radius_m for wheelset in self.wheelsets]
         brake_m = [wheelset.brake_radius_m for wheelset in self.wheelsets]
-        return Inputs([0.0] * n, [0.0] * n, self.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n, wheel_m, brake_m)
+        return Inputs([0.0] * n, [0.0] * n, self.vehicle.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n, wheel_m, brake_m)
 
     def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
         """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m (g i + d)."""
         s = self.layout
         creep_n = sum([mu * load_n for mu, load_n in zip(x[s.adhesion], u.wheel_load_n, strict=True)])
         unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + x[s.deceleration]
-        return -(creep_n + self.resistance_n(x[s.speed])) / u.mass_kg - unmodelled_mps2
-
-    def resistance_n(self, speed_mps: float) -> float:
-        """F_TR + k_d v²."""
-        return self.track_resistance_n + self.drag_n_per_mps2 * (speed_mps * speed_mps)
+        return -(creep_n + self.vehicle.resistance_n(x[s.speed])) / u.mass_kg - unmodelled_mps2
 
     def pitching_mps2(self, x: Sequence[float], mass_kg: float, heading: float = 1.0) -> float:
         """The part of v̇ that shifts the wheel loads once they have settled: all but gravity and d.
@@ -161,7 +151,8 @@ class Wagon:
         s = self.layout
         shares = zip(self.wheelsets, x[s.adhesion], strict=True)
         creep_mps2 = GRAVITY_MPS2 * sum([wheelset.load_share * mu for wheelset, mu in shares])
-        return -heading * (creep_mps2 + self.resistance_n(x[s.speed]) / mass_kg) / self._load_coupling(x, heading)
+        resisted_mps2 = self.vehicle.resistance_n(x[s.speed]) / mass_kg
+        return -heading * (creep_mps2 + resisted_mps2) / self._load_coupling(x, heading)
 
     def settled(self, x: Sequence[float], u: Inputs) -> Inputs:
         """The same inputs with the wheel loads as they have settled at this x."""
@@ -171,11 +162,11 @@ class Wagon:
         """1 - h Σ t_i mu_w,i forwards: the load that braking transfers changes the braking where adhesions differ."""
         transfers = zip(self.wheelsets, x[self.layout.adhesion], strict=True)
         transferred_per_m = sum([wheelset.load_transfer_per_m * mu for wheelset, mu in transfers])
-        return 1.0 - heading * self.cog_height_m * transferred_per_m
+        return 1.0 - heading * self.vehicle.cog_height_m * transferred_per_m
 
     def wheel_load_n(self, pitching_mps2: float, mass_kg: float) -> Vector:
         """F_z,i of (4), N numbers: the leading wheelset is loaded while braking (`pitching_mps2` below 0 forwards)."""
-        lifting_mps2m = self.cog_height_m * pitching_mps2
+        lifting_mps2m = self.vehicle.cog_height_m * pitching_mps2
         return [
             mass_kg * (GRAVITY_MPS2 * wheelset.load_share - lifting_mps2m * wheelset.load_transfer_per_m)
             for wheelset in self.wheelsets
@@ -212,7 +203,7 @@ class Wagon:
         """∂v̇/∂x."""
         s = self.layout
         row = [0.0] * s.size
-        row[s.speed] = -2.0 * self.drag_n_per_mps2 * x[s.speed] / u.mass_kg
+        row[s.speed] = -2.0 * self.vehicle.drag_n_per_mps2 * x[s.speed] / u.mass_kg
         row[s.adhesion] = [-load_n / u.mass_kg for load_n in u.wheel_load_n]
         row[s.deceleration] = -1.0
         return row
