@@ -4,8 +4,6 @@ from collections.abc import Iterable, Sequence
 from math import inf, isfinite
 from typing import ClassVar
 
-from msgspec.structs import replace
-
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.core.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
@@ -100,7 +98,8 @@ class Estimator:
     def conclude(self, outcome: int, sample: Sample) -> bool:
         """Do what the core has left to be done, by its outcome for a sample; whether a measurement was fused."""
         if self._now.protections_due:
-            self._look_at_protections()
+            self._now.protections_due = False
+            self.protections.see(self.core.glance)
         if outcome <= FUSED:
             return outcome == FUSED
         if outcome == ASIDE:
@@ -110,7 +109,7 @@ class Estimator:
         if outcome == NOT_ORDINARY:
             return self._take_with_care(sample)
         if outcome == FROZEN:
-            if self._trust.lose(sample.measurand, InputCondition.FROZEN) and sample.quantity in MEASURED:
+            if self._trust.note(sample.measurand, InputCondition.FROZEN) and sample.quantity in MEASURED:
                 self._distrust(self.core.readings[self._channel(sample).measures].frozen.since_s)
             return False
         if outcome == CONTRADICTED:
@@ -127,10 +126,6 @@ class Estimator:
             self._take_with_care(aligned)
         return self.alignment.whole_until_s(time_s)
 
-    def _look_at_protections(self) -> None:
-        self._now.protections_due = False
-        self.protections.see(self.core.glance)
-
     def _take_in_order(self, sample: Sample) -> bool:
         fused = False
         if sample.quality is GOOD and not is_possible(sample):
@@ -145,30 +140,25 @@ class Estimator:
     def _take_with_care(self, sample: Sample) -> bool:
         measurand = sample.measurand
         if sample.quality is Quality.STALE:
-            self._trust.lose(measurand, InputCondition.LOST)
+            self._trust.note(measurand, InputCondition.LOST)
             self._lose_known(sample)
         if sample.quality is not GOOD:
             return False
         if not is_possible(sample):
-            self._trust.lose(measurand, InputCondition.IMPOSSIBLE)
-            if sample.quantity not in MEASURED and isfinite(sample.time_s):
+            self._trust.note(measurand, InputCondition.IMPOSSIBLE)
+            if isfinite(sample.time_s):
                 self._lose_known(sample)
             return False
         if measurand in self._trust.disbelieved and sample.quantity is not Quantity.PRESSING_FORCE:
-            self._trust.gain(measurand)
+            self._trust.note(measurand, InputCondition.GOOD)
             return False
         if sample.quantity not in MEASURED:
             self._take_known(sample)
-            if self._known.is_impossible(sample):
-                self._trust.lose(measurand, InputCondition.IMPOSSIBLE)
-            elif self._known.is_frozen(measurand):
-                self._trust.lose(measurand, InputCondition.FROZEN)
-            else:
-                self._trust.gain(measurand)
+            self._trust.note(measurand, self._known.condition(sample))
             return False
         if self.core.see_repeats(self._channel(sample).measures, sample.time_s, sample.value):
             return self.conclude(FROZEN, sample)
-        self._trust.gain(measurand)
+        self._trust.note(measurand, InputCondition.GOOD)
         return self.conclude(self._measure(sample), sample)
 
     def _channel(self, sample: Sample) -> ChannelState:
@@ -346,8 +336,7 @@ class Estimator:
 
     def state(self, readout: Sequence[float], time_s: float | None = None) -> Estimate:
         """Say what the readout of this estimator's core means, see `estimate`."""
-        stated = self._statement.estimate(readout, time_s, self.reset_count)
-        return replace(stated, clock_ahead_s=self.clock_ahead_s) if self.clock_ahead_s else stated
+        return self._statement.estimate(readout, time_s, self.reset_count, self.clock_ahead_s)
 
     def learned(self) -> Learned | None:
         """What a restart should not forget; None before anything was measured."""

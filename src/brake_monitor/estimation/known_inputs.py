@@ -3,7 +3,7 @@
 from math import isfinite
 
 from brake_monitor.estimation.core.core import Core
-from brake_monitor.samples import Measurand, Quantity, Sample
+from brake_monitor.samples import InputCondition, Quantity, Sample
 
 RELEASED_N = 1000.0  # what is left of a force then does not matter
 STILL_PRESSES = 0.5  # of another brake's force, or its own of lately: a brake with so much has not been released
@@ -86,22 +86,22 @@ class KnownInputs:
         asked = core.adhesion_demand(i)
         return wheel.gate.fell_alive and core.filter.x[core.adhesion_place + i] >= STILL_PRESSES * asked > 0.0
 
-    def is_impossible(self, sample: Sample) -> bool:
-        """Whether a pressing force fell as no brake does, and stands still ever since, or a load is none."""
-        match sample.quantity:
-            case Quantity.PRESSING_FORCE:
-                return self._core.wheels[sample.wheelset].gate.is_dead
-            case Quantity.LOAD_FORCE:
-                return not self._core.can_weigh(sample.value)
-        return False
+    def condition(self, sample: Sample) -> InputCondition:
+        """What a signal is like by what it told.
 
-    def is_frozen(self, measurand: Measurand) -> bool:
-        """Whether a pressing force trembled and does no longer; a parked wagon's may sleep."""
-        quantity, wheelset = measurand
-        if quantity is not Quantity.PRESSING_FORCE:
-            return False
-        wheel = self._core.wheels[wheelset]
-        return wheel.checks.dead.is_dead and (wheel.force_lost or not self._core.now.near_standstill)
+        A pressing force that fell as no brake does and stands still ever since is impossible, and a load that is none.
+        A force that trembled and does no longer is frozen; a parked wagon's may sleep.
+        """
+        core = self._core
+        if sample.quantity is Quantity.PRESSING_FORCE:
+            wheel = core.wheels[sample.wheelset]
+            if wheel.gate.is_dead:
+                return InputCondition.IMPOSSIBLE
+            if wheel.checks.dead.is_dead and (wheel.force_lost or not core.now.near_standstill):
+                return InputCondition.FROZEN
+        elif sample.quantity is Quantity.LOAD_FORCE and not core.can_weigh(sample.value):
+            return InputCondition.IMPOSSIBLE
+        return InputCondition.GOOD
 
     def follow(self, i: int) -> None:
         """Begin the next step at a force that is told again: mu_w,i, told by the speeds, must not follow the jump."""

@@ -21,7 +21,7 @@ from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, Wheelset
 from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.inputs.slide_protection import SlideProtection, SlideProtections
 from brake_monitor.estimation.known_inputs import KnownInputs
-from brake_monitor.samples import ESSENTIAL, Measurand, Quantity
+from brake_monitor.samples import Measurand, Quantity
 
 STATUS: Mapping[float, Status] = {
     VALID: Status.VALID,
@@ -52,7 +52,9 @@ class Statement:
         self._trusted = trust.known
         self._unknown = frozenset(self._signals)
 
-    def estimate(self, readout: Sequence[float], time_s: float | None, reset_count: int) -> Estimate:
+    def estimate(
+        self, readout: Sequence[float], time_s: float | None, reset_count: int, clock_ahead_s: float
+    ) -> Estimate:
         """Say what is known at time_s, when nothing came since; None: as of the last fused sample."""
         wagon = WagonReadout._make(readout[:OF_WAGON])
         begins = range(OF_WAGON, len(readout), OF_WHEELSET)
@@ -78,6 +80,7 @@ class Statement:
             reset_count=reset_count,
             speed_scatters=wagon.speed_scatters != 0.0,
             unknown=self._unknown_now(),
+            clock_ahead_s=clock_ahead_s,
         )
 
     def _unknown_now(self) -> frozenset[Measurand]:
@@ -90,7 +93,7 @@ class Statement:
         """Why an estimate is not valid."""
         doubts = in_words(int(wagon.doubts)) if wagon.trust in (LOST, UNCERTAIN, DOUBTED) else ()
         if wagon.trust == LOST:
-            return (*self._trust.reasons(ESSENTIAL), *doubts)
+            return (*self._trust.reasons(), *doubts)
         return (*REASONS[wagon.trust], *doubts)
 
 
