@@ -76,7 +76,7 @@ class Correction(ChangeDoubt):
             self.now.near_standstill = value < SLOWEST_MPS
         elif self.now.speed_lost and self.now.near_standstill:
             self.follow_rolling(index, value, variance)
-        return self.accept(index)
+        return self.accept(index, self.filter.is_sound())
 
     def reads_locked(self, i: int, value: float) -> bool:
         """Whether a wheel speed reads as that of a locked wheelset: it is then taken over, and tells of no force.
@@ -87,11 +87,11 @@ class Correction(ChangeDoubt):
         stands: bool = value * self.wheels[i].radius.radius_m < LOCKED_FRACTION * self.speed_mps()
         return stands and not self.literal
 
-    def accept(self, index: int) -> int:
+    def accept(self, index: int, is_sound: bool) -> int:
         """Note that a reading was taken over; FUSED, or UNSOUND where x and P are not sound any more."""
         self.readings[index].rejected_in_a_row = 0
         self.readings[index].fused_s = self.now.time_s
-        return FUSED if self.filter.is_sound() else UNSOUND
+        return FUSED if is_sound else UNSOUND
 
     def hold_back(self, i: int, value: float, residual: float) -> bool:
         """Hold a surprising reading back, if its wheel speed spikes lately, until the next one bears it out.
@@ -125,7 +125,7 @@ class Correction(ChangeDoubt):
         reading.believed_in_a_row += 1
         if is_wheel and reading.believed_in_a_row >= BELIEFS_IN_A_ROW:
             self.doubt_adhesion(index)
-        return self.accept(index)
+        return self.accept(index, self.filter.is_sound())
 
     def correct(self, index: int, since_s: float, variance: float, residual: float, foretold_variance: float) -> int:
         """Correct the estimate by a reading that is no outlier: FUSED, CONTRADICTED or UNSOUND."""
@@ -152,9 +152,7 @@ class Correction(ChangeDoubt):
                 is_sound = self.follow_rolling(index, value, variance) and is_sound
         elif self.see_speed(residual, total_variance):
             return CONTRADICTED
-        reading.rejected_in_a_row = 0
-        reading.fused_s = now.time_s
-        return FUSED if is_sound else UNSOUND
+        return self.accept(index, is_sound)
 
     def follow_rolling(self, i: int, value: float, variance: float) -> bool:
         """Let a wheelset that rolls tell the vehicle's speed, which is lost; whether x and P are sound then.
@@ -252,7 +250,7 @@ class Correction(ChangeDoubt):
         brakes.forget(speed, brakes.x[speed] - surprise.moved_mps, sqrt(surprise.speed_variance))
         brakes.forget(self.adhesion_place + i, surprise.adhesion, sqrt(surprise.adhesion_variance))
         brakes.forget(i, value, sqrt(variance))
-        return self.accept(i)
+        return self.accept(i, brakes.is_sound())
 
     def see_speed(self, residual: float, total_variance: float) -> bool:
         """Take a fused vehicle speed, and widen friction in doubt; True where speeds and forces exclude each other."""

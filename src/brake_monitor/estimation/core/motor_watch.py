@@ -22,7 +22,7 @@ class MotorWatch(CoreNumbers):
 
     def see_motors(self) -> None:
         """Before a step: let K walk while motors act, widen it as they begin, and hold it to what it can be."""
-        now, torque_nm, act = self.now, 0.0, False
+        now, place, torque_nm, act = self.now, self.torque_error_place, 0.0, False
         for i in range(self.wheelset_count):
             torque_nm += self.wheels[i].torque.value
             act = act or self.motor_acts(i)
@@ -36,9 +36,9 @@ class MotorWatch(CoreNumbers):
         if direction != now.motor_direction:
             now.motor_direction = direction
             self.renew_torque_error()
-        elif self.torque_error_variance() < self.torque_error_std * self.torque_error_std:
+        elif self.filter.covariance[place][place] < self.torque_error_std * self.torque_error_std:
             now.torque_error_density = DENSITY
-        if self.has_torque_error_strayed():
+        if abs(self.filter.x[place]) > STRAYED_SIGMAS * self.torque_error_std:
             self.give_to_line()
 
     def renew_torque_error(self) -> None:
@@ -50,17 +50,6 @@ class MotorWatch(CoreNumbers):
         share = REMEMBERED * REMEMBERED
         brakes.scale(place, REMEMBERED, 0.0)
         brakes.widen(place, (1.0 - share) * prior * prior)
-
-    def torque_error_variance(self) -> float:
-        """That of K."""
-        place = self.torque_error_place
-        variance: float = self.filter.covariance[place][place]
-        return variance
-
-    def has_torque_error_strayed(self) -> bool:
-        """Whether K is more than motors err."""
-        has_strayed: bool = abs(self.filter.x[self.torque_error_place]) > STRAYED_SIGMAS * self.torque_error_std
-        return has_strayed
 
     def give_to_line(self) -> None:
         """Let d take of K what is more likely the line's, with the mu_w that the motors then have asked for.
