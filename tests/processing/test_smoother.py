@@ -283,7 +283,7 @@ def test_who_looks_back_has_seen_all_that_waited_for_slower_sensors_as_the_bus_f
     )
     pipeline = Pipeline.from_settings(late)
     Smoother(pipeline)
-    assert pipeline.shadow is not None
+    (shadow,) = pipeline.shadows
     last_s = EPOCH_S + 14.0
     for frame in recording.frames:
         if frame.time_s < last_s:
@@ -291,7 +291,7 @@ def test_who_looks_back_has_seen_all_that_waited_for_slower_sensors_as_the_bus_f
     assert pipeline.estimator.time_s < last_s - 0.2
     for k in range(1, 20):
         pipeline.step(Frame(last_s + 0.1 * k, "can0", 0x7FF, False, bytes(8)))
-    assert pipeline.shadow.time_s == pipeline.estimator.time_s > last_s - 0.1  # of the wheel speeds
+    assert shadow.time_s == pipeline.estimator.time_s > last_s - 0.1  # of the wheel speeds
 
 
 def test_a_preset_with_states_that_have_no_variance_is_smoothed_too() -> None:

@@ -54,7 +54,7 @@ class Pipeline:
         self.settings = settings
         self.decoder = decoder
         self.estimator = Estimator(settings.vehicle, settings.estimator, decoder.channels)
-        self.shadow: Estimator | None = None  # takes the same samples, gives nothing out
+        self.shadows: list[Estimator] = []  # they take the same samples, and give nothing out
         self.taker: BlockTaker = OneByOne(self.estimator)
         count, contact_force_n = settings.vehicle.wheelset_count, settings.estimator.contact_force_n
         ratios = SpeedRatios(contact_force_n)
@@ -235,12 +235,12 @@ class Pipeline:
         """Hand samples on; returns the time of the last one that was fused, None when none was."""
         self.taker.settle()
         fused_s = None
-        see, take, shadow = self._input_judge.see, self.estimator.take, self.shadow
+        see, take, shadows = self._input_judge.see, self.estimator.take, self.shadows
         for sample in samples:
             see(sample)
             if take(sample):
                 fused_s = sample.time_s
-            if shadow is not None:
+            for shadow in shadows:
                 shadow.take(sample)
         return fused_s
 
@@ -249,9 +249,9 @@ class Pipeline:
         first, last = samples.places(begin, end)
         self.is_told = True
         self._input_judge.see_together(samples, first, last)
-        if self.shadow is not None:
+        for shadow in self.shadows:
             for place in range(first, last):
-                self.shadow.take(samples.sample(place))
+                shadow.take(samples.sample(place))
         fused = self.taker.take(samples, first, last)
         if fused is None:
             return None
@@ -273,9 +273,11 @@ class Pipeline:
         is_looked_at = turns.look()
         if not (is_wanted or is_looked_at):
             return NOTHING
-        until_s = self.estimator.catch_up(time_s) if is_blind else None
-        if is_blind and self.shadow is not None:
-            self.shadow.catch_up(time_s)
+        until_s = None
+        if is_blind:
+            until_s = self.estimator.catch_up(time_s)
+            for shadow in self.shadows:
+                shadow.catch_up(time_s)
         estimate = self.taker.estimate(until_s)
         observed = self._observe(estimate, time_s) if is_looked_at else NOTHING
         if not is_wanted:
@@ -301,8 +303,7 @@ class Pipeline:
         disbelieved, idle = inputs.disbelieved, self._input_judge.idle_brakes
         if disbelieved != estimator.disbelieved or idle != estimator.idle_brakes:
             self.taker.settle()
-            for each in (estimator, self.shadow):
-                if each is not None:
-                    each.disbelieve(disbelieved)
-                    each.know_idle(idle)
+            for each in (estimator, *self.shadows):
+                each.disbelieve(disbelieved)
+                each.know_idle(idle)
         return Outputs(None, self.monitor.see(seen), applications)

@@ -119,7 +119,7 @@ class Smoother:
             deceleration=DECELERATION_FREEDOM * tuning.deceleration,
         )
         self._estimator = _TapedEstimator(settings.vehicle, settings.estimator, pipeline.decoder.channels, freer)
-        pipeline.shadow = self._estimator
+        pipeline.shadows.append(self._estimator)
         assert isinstance(self._estimator.filter, TapedFilter)
         self._filter = self._estimator.filter
         self._layout = self._filter.layout
