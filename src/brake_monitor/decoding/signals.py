@@ -89,10 +89,7 @@ class SignalDecoder:
             if message.tells_wheel_speeds:
                 self._put_right(samples)
             return samples
-        self.counts.frames += 1
-        self.counts.unmapped += 1
-        if key in self._other_width:
-            self.counts.other_width += 1
+        self.pass_over({key: 1})
         return []
 
     def decode_block(self, block: FrameBlock) -> SampleBlock:
