@@ -164,8 +164,8 @@ class FilterArrays(Belief):
 
 FilterTuple = as_tuple(FilterArrays, "FilterTuple", __name__)
 CoreTuple = as_tuple(Core, "CoreTuple", __name__)
-OBJECTS = ("now", "wheels", "readings", "channels", "densities", "foretold")  # of a core: records ...
-LASTING = ("channels", "densities")  # ... and those that a run does not change
+OBJECTS = ("now", "wheels", "readings", "channels", "tuning", "foretold")  # of a core: records ...
+LASTING = ("channels", "tuning")  # ... and those that a run does not change
 
 
 class SampleColumns(NamedTuple):

@@ -40,7 +40,7 @@ class EstimatorOrder(msgspec.Struct, frozen=True):
     @classmethod
     def of(cls, estimator: Estimator) -> Self:
         """The order for an estimator like this."""
-        like: Preset = "rig" if estimator.core.literal else "wagon"
+        like: Preset = "rig" if estimator.core.tuning.literal else "wagon"
         settings = replace(estimator.settings, preset=like, tuning=TuningOverrides())
         return cls(estimator.vehicle, settings, estimator.channels)
 

@@ -70,7 +70,7 @@ class ChangeDoubt(FrictionDoubt):
             reference.per_friction_mps2, reference.doubted = per_friction_mps2, now.application.doubted
             reference.known_variance = reference.variance = given_variance
             return
-        friction_density = self.densities.friction + self.densities.friction_own / self.wheelset_count
+        friction_density = self.tuning.friction + self.tuning.friction_own / self.wheelset_count
         density = (
             now.deceleration_density - now.following_density + friction_density * per_friction_mps2 * per_friction_mps2
         )

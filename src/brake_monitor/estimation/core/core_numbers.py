@@ -20,8 +20,8 @@ LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a bra
 
 
 @dataclass
-class RegimeDensities:
-    """Spectral densities that depend on what a wheelset or the wagon does, and those of friction, as in `Tuning`."""
+class CoreTuning:
+    """What of `Tuning` the core goes by, under the names there."""
 
     omega: float
     friction: float
@@ -33,6 +33,11 @@ class RegimeDensities:
     deceleration_sliding: float
     deceleration_doubted: float
     friction_doubted: float
+    uptake_std: float
+    torque_error_std: float
+    converged_adhesion_std: float
+    converged_friction_std: float
+    literal: bool
 
 
 @dataclass(slots=True)
@@ -54,18 +59,13 @@ class CoreNumbers:
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
     glance: MutableSequence[float]  # for slide protections: time and speed; slip, pressing force, flag of each wheelset
-    densities: RegimeDensities
+    tuning: CoreTuning
     foretold: Foretold
     largest_deceleration_mps2: float
-    uptake_std: float  # of C_k as known beforehand: they do not walk further than that from slide to slide
-    torque_error_std: float  # of K as known beforehand
-    converged_adhesion_std: float  # below them estimates are `valid`
-    converged_friction_std: float
     one_wsp_signal: bool  # at most one is mapped: it stands for all wheelsets
     has_torque_signal: bool  # any motor's torque is mapped
     learns_lag: bool  # L is a state
     learns_torque_error: bool  # K is
-    literal: bool  # the covariances of (20)
     filter: Any  # a BrakeFilter, or its numbers
 
     def speed_mps(self) -> float:
@@ -164,8 +164,8 @@ class CoreNumbers:
 
         Of rising forces alone it would come out too low, by what forces are late.
         """
-        is_known: bool = self.mean_friction_variance() < self.converged_friction_std * self.converged_friction_std
-        return is_known
+        known_std: float = self.tuning.converged_friction_std
+        return self.mean_friction_variance() < known_std * known_std
 
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""

@@ -85,7 +85,7 @@ class Correction(ChangeDoubt):
         (20) it is fused as any other.
         """
         stands: bool = value * self.wheels[i].radius.radius_m < LOCKED_FRACTION * self.speed_mps()
-        return stands and not self.literal
+        return stands and not self.tuning.literal
 
     def accept(self, index: int, is_sound: bool) -> int:
         """Note that a reading was taken over; FUSED, or UNSOUND where x and P are not sound any more."""
@@ -161,7 +161,7 @@ class Correction(ChangeDoubt):
         as quickly. What is lost stays so, but v and its integral stay right. What was never told is not lost.
         """
         now, radius_m, n = self.now, self.wheels[i].radius.radius_m, self.wheelset_count
-        if now.wsp_active or self.literal or self.readings[n].came_s == -inf:
+        if now.wsp_active or self.tuning.literal or self.readings[n].came_s == -inf:
             return True
         rolling_mps, std = value * radius_m, ROLLING_STD
         if now.time_s - now.pressed_s < ROLLING_AGAIN_S or not self.is_left_free(i):
@@ -232,7 +232,7 @@ class Correction(ChangeDoubt):
         left of it is in proportion to slip. To the letter of (20) adhesion is what it was.
         """
         wheel, place = self.wheels[i], self.adhesion_place + i
-        if wheel.rolls != 0.0 or self.literal:
+        if wheel.rolls != 0.0 or self.tuning.literal:
             return
         slip, asked = max(self.slip(i), 0.0), self.adhesion_demand(i)
         excess = self.filter.x[place] - asked
@@ -254,11 +254,11 @@ class Correction(ChangeDoubt):
 
     def see_speed(self, residual: float, total_variance: float) -> bool:
         """Take a fused vehicle speed, and widen friction in doubt; True where speeds and forces exclude each other."""
-        if self.literal:  # the paper's covariances (20) cannot tell
+        if self.tuning.literal:  # the paper's covariances (20) cannot tell
             return False
         now, x = self.now, self.filter.x
         now.consistency.see_deceleration(now.time_s, x[self.deceleration_place], self.largest_deceleration_mps2)
-        if self.densities.friction_doubted > 0.0:  # else d is what pulls the wagon as well
+        if self.tuning.friction_doubted > 0.0:  # else d is what pulls the wagon as well
             self.see_line_change()
             self.hold_on_to_unexplained()
         contradicts = now.consistency.see_speed(now.time_s, residual, total_variance)
@@ -266,7 +266,7 @@ class Correction(ChangeDoubt):
         if is_doubtful or (now.lag_observable and self.is_lag_at_limit()):
             now.consistency.raised_s[BIASED] = now.time_s
         if now.pressed and now.deceleration_density > 0.0:
-            if self.densities.friction_doubted > 0.0 and now.any_friction_observable:
+            if self.tuning.friction_doubted > 0.0 and now.any_friction_observable:
                 self.see_changes()
             self.judge_friction(is_doubtful)
         for i in range(self.wheelset_count):  # a force that acts is not measured

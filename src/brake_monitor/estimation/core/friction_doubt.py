@@ -31,8 +31,8 @@ class FrictionDoubt(CoreNumbers):
     def judge_friction(self, speed_is_doubtful: bool) -> None:
         """Widen friction by what a changing line, or inputs that were in doubt, may have taught it wrongly."""
         now = self.now
-        doubted = self.densities.friction_doubted * self.readings[self.wheelset_count].spacing_s
-        if self.densities.friction_doubted > 0.0:
+        doubted = self.tuning.friction_doubted * self.readings[self.wheelset_count].spacing_s
+        if self.tuning.friction_doubted > 0.0:
             if now.any_friction_observable:
                 self.see_strayed_friction()
                 self.see_impossible_friction()

@@ -36,9 +36,9 @@ class MotorWatch(CoreNumbers):
         if direction != now.motor_direction:
             now.motor_direction = direction
             self.renew_torque_error()
-        elif self.filter.covariance[place][place] < self.torque_error_std * self.torque_error_std:
+        elif self.filter.covariance[place][place] < self.tuning.torque_error_std * self.tuning.torque_error_std:
             now.torque_error_density = DENSITY
-        if abs(self.filter.x[place]) > STRAYED_SIGMAS * self.torque_error_std:
+        if abs(self.filter.x[place]) > STRAYED_SIGMAS * self.tuning.torque_error_std:
             self.give_to_line()
 
     def renew_torque_error(self) -> None:
@@ -46,7 +46,7 @@ class MotorWatch(CoreNumbers):
 
         Without end, and always by what came last, it would stray beyond what motors err.
         """
-        brakes, place, prior = self.filter, self.torque_error_place, self.torque_error_std
+        brakes, place, prior = self.filter, self.torque_error_place, self.tuning.torque_error_std
         share = REMEMBERED * REMEMBERED
         brakes.scale(place, REMEMBERED, 0.0)
         brakes.widen(place, (1.0 - share) * prior * prior)
@@ -68,4 +68,4 @@ class MotorWatch(CoreNumbers):
         brakes.direction[self.deceleration_place] = -per_error_mps2
         std = LINE_CHANGE_MPS2 / max(abs(per_error_mps2), LEAST_PER_ERROR_MPS2)
         brakes.admit_along(std * std)
-        brakes.learn(place, 0.0, self.torque_error_std * self.torque_error_std)
+        brakes.learn(place, 0.0, self.tuning.torque_error_std * self.tuning.torque_error_std)

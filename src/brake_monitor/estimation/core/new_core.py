@@ -5,7 +5,7 @@ from dataclasses import fields
 from math import hypot, nan
 
 from brake_monitor.estimation.core.core import ELSE, TELLS, Core
-from brake_monitor.estimation.core.core_numbers import RegimeDensities
+from brake_monitor.estimation.core.core_numbers import CoreTuning
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.kalman.foretold import Foretold
 from brake_monitor.estimation.model.tuning import Tuning
@@ -56,18 +56,13 @@ def new_core(
         channels=[_state(channel, tuning, layout.speed) for channel in channels],
         load_n=[nan] * sum(channel.quantity is Quantity.LOAD_FORCE for channel in channels),
         glance=[0.0] * (2 + 3 * layout.wheelset_count),
-        densities=RegimeDensities(*(getattr(tuning, field.name) for field in fields(RegimeDensities))),
+        tuning=CoreTuning(*(getattr(tuning, field.name) for field in fields(CoreTuning))),
         foretold=Foretold(foretells),
         largest_deceleration_mps2=UNEXPLAINED_SIGMAS * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
-        uptake_std=tuning.uptake_std,
-        torque_error_std=tuning.torque_error_std,
-        converged_adhesion_std=tuning.converged_adhesion_std,
-        converged_friction_std=tuning.converged_friction_std,
         one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in by_measurand,
         has_torque_signal=has_torque_signal,
         learns_lag=tuning.speed_lag_std > 0.0,
         learns_torque_error=layout.torque_error.stop > layout.torque_error.start,
-        literal=tuning.literal,
         filter=brakes,
     )
 

@@ -72,7 +72,7 @@ def width(wheelset_count: int) -> int:
 
 def read_out(core: CoreNumbers, row: MutableSequence[float]) -> None:
     """Write down what is known now; `row` has room for `width` numbers."""
-    doubts = 0 if core.literal else core.now.consistency.doubts(core.now.time_s)  # (20) knows nothing anyway
+    doubts = 0 if core.tuning.literal else core.now.consistency.doubts(core.now.time_s)  # (20) knows nothing anyway
     settles = core.now.time_s - core.now.started_s < SETTLING_S
     slides, lost = core.now.wsp_active, False
     for i in range(core.wheelset_count):
@@ -97,7 +97,7 @@ def of_wagon(core: CoreNumbers, slides: bool, lost: bool, settles: bool, doubts:
         for j in range(n):
             variance += share * load_share(core, j) * covariance[first + i][first + j]
     adhesion_std = sqrt(timed_variance(core, variance))
-    trust = trust_in(lost, now.near_standstill, settles, adhesion_std > core.converged_adhesion_std, doubts != 0)
+    trust = trust_in(lost, now.near_standstill, settles, adhesion_std > core.tuning.converged_adhesion_std, doubts != 0)
     return WagonReadout(
         now.time_s,
         x[n] + unproven_mps(core),
@@ -123,7 +123,7 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
     unseen_std = unseen_adhesion_std(core, i)
     lost = now.speed_lost or wheel.axle_speed_lost or wheel.force_lost
     trust = trust_in(
-        lost, wheel.friction_observable == 0.0, settles, friction_std > core.converged_friction_std, doubts != 0
+        lost, wheel.friction_observable == 0.0, settles, friction_std > core.tuning.converged_friction_std, doubts != 0
     )
     return WheelsetReadout(
         x[i],

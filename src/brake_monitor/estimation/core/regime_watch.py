@@ -95,7 +95,7 @@ class RegimeWatch(MotorWatch):
 
         `quick`: its slip is beyond creep; `known`: its torque and its speed are.
         """
-        q, now, wheel, time_s = self.densities, self.now, self.wheels[i], self.now.time_s
+        q, now, wheel, time_s = self.tuning, self.now, self.wheels[i], self.now.time_s
         if quick:
             wheel.slid_s = time_s
         known = not self.see_seizing(i, slip, quick) and known
@@ -109,7 +109,7 @@ class RegimeWatch(MotorWatch):
         wheel.adhesion_density = q.adhesion_sliding if quick or not known else q.adhesion_own
         wheel.unsettled = 0.0 if settled else 1.0
         wheel.unseen_std_ns = 0.0 if settled else wheel.force.unseen_std_until(time_s)
-        creeps = quick and slip > 0.0 and wheel.has_equation != 0.0 and self.uptake_std > 0.0  # else no C_k are learned
+        creeps = quick and slip > 0.0 and wheel.has_equation != 0.0 and q.uptake_std > 0.0  # else no C_k are learned
         now.has_slid = now.has_slid or creeps or wheel.slides != 0.0
         wheel.force_effect_observable = wheel.unsettled if now.has_slid else 0.0
         self.enter_creep(wheel, slip, creeps)
@@ -120,7 +120,7 @@ class RegimeWatch(MotorWatch):
     def see_seizing(self, i: int, slip: float, quick: bool) -> bool:
         """Whether a wheelset seizes: then its torque is unknown, and with it mu_w,i, until it rolls. (20) sees none."""
         wheel, place, time_s = self.wheels[i], self.adhesion_place + i, self.now.time_s
-        if not quick or self.literal:
+        if not quick or self.tuning.literal:
             wheel.seizing.rolls()
         elif not wheel.seizing.is_on and wheel.torque_known and not wheel.axle_speed_lost:
             std = sqrt(self.filter.covariance[place][place])
@@ -149,7 +149,7 @@ class RegimeWatch(MotorWatch):
 
         To the letter of (20) this does not count.
         """
-        lately: bool = not self.literal and self.now.time_s - wheel.locked_s < UNSETTLED_S
+        lately: bool = not self.tuning.literal and self.now.time_s - wheel.locked_s < UNSETTLED_S
         return lately
 
     def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
@@ -178,7 +178,7 @@ class RegimeWatch(MotorWatch):
         self.untie(self.force_effect_place)
         self.untie(self.decay_place)
         for place in range(self.uptake_place, self.lag_place):
-            self.untie(place, self.uptake_std)
+            self.untie(place, self.tuning.uptake_std)
         self.now.has_slid = False
 
     def untie(self, place: int, largest_std: float = inf) -> None:
@@ -220,7 +220,7 @@ class RegimeWatch(MotorWatch):
             known = known and wheel.torque_known and not self.locked_lately(wheel)
             settled = settled and wheel.unsettled == 0.0
             prompt = prompt and wheel.force.is_prompt
-        told = self.literal or not (  # (20) doubts nothing
+        told = self.tuning.literal or not (  # (20) doubts nothing
             now.consistency.is_on(OUT_OF_STEP, now.time_s) or now.consistency.is_on(DEAD, now.time_s)
         )
         may_show = not now.near_standstill and known and (settled or prompt) and told and self.knows_speed()
@@ -242,7 +242,7 @@ class RegimeWatch(MotorWatch):
 
     def set_deceleration_density(self) -> None:
         """Set how fast d may change, and mu_w of wheelsets of which only v tells as well."""
-        now, q = self.now, self.densities
+        now, q = self.now, self.tuning
         density = q.deceleration
         if now.pressed:
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking

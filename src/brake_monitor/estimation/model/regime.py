@@ -16,7 +16,7 @@ SLOW_ADHESION_S = 1.0  # how long its error then has to do with those of other s
 
 
 class FixedDensities(NamedTuple):
-    """The spectral densities that are the same in every step, as in `Tuning`; the others are `RegimeDensities`."""
+    """The spectral densities that are the same in every step, as in `Tuning`; the core sets the others."""
 
     speed: float
     friction: float
