@@ -219,9 +219,9 @@ class Correction(ChangeDoubt):
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """Admit a jump of mu_w,i that explains the surprising residual of a wheel speed, and what v has lost by it."""
         wheel = self.wheels[i]
-        spin_per_adhesion = rail_radps2(wheel, wheel.wheel_load_n, 1.0 if wheel.turns else 0.0) * since_s
-        lost_mps = wheel.wheel_load_n / self.now.mass_kg * since_s
-        if spin_per_adhesion > 0.0:
+        if wheel.turns:
+            spin_per_adhesion = rail_radps2(wheel, wheel.wheel_load_n, 1.0) * since_s
+            lost_mps = wheel.wheel_load_n / self.now.mass_kg * since_s
             jump = residual / spin_per_adhesion
             self.filter.admit_jump(self.adhesion_place + i, jump * jump, i, spin_per_adhesion, lost_mps)
 

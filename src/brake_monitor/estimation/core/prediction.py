@@ -76,7 +76,7 @@ class Prediction(RegimeWatch):
         self.follow_forces(step_s)
         if not 0.0 <= now.time_s - now.protections_s < PERIOD_S:
             self.glance_at_wheelsets()
-        if not 0.0 <= now.time_s - now.saved_s[now.newest_snapshot] < SNAPSHOT_SPACING_S:
+        if now.time_s - now.saved_s[now.newest_snapshot] >= SNAPSHOT_SPACING_S:
             self.save_snapshot()
 
     def save_snapshot(self) -> None:

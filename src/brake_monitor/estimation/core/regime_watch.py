@@ -70,12 +70,11 @@ class RegimeWatch(MotorWatch):
         Those have not come on with the others: until it has shown whether they work, their torques are not known.
         """
         now, most_n = self.now, 0.0
-        is_early = now.pressed and TOGETHER_S <= now.time_s - now.application.began_s < SHOWN_S
-        if is_early:
+        if now.pressed and TOGETHER_S <= now.time_s - now.application.began_s < SHOWN_S:
             for wheel in self.wheels:
                 most_n = max(most_n, wheel.force.value)
         for wheel in self.wheels:
-            wheel.silent = is_early and most_n >= PRESSES_N and not (wheel.contact.has_pressed or wheel.contact.is_idle)
+            wheel.silent = most_n >= PRESSES_N and not (wheel.contact.has_pressed or wheel.contact.is_idle)
             is_told = not (wheel.force_lost or wheel.silent or wheel.seizing.is_on)
             wheel.torque_known = wheel.motor_torque_known and is_told
             if not wheel.silent:
@@ -98,7 +97,7 @@ class RegimeWatch(MotorWatch):
         q, now, wheel, time_s = self.tuning, self.now, self.wheels[i], self.now.time_s
         if quick:
             wheel.slid_s = time_s
-        known = not self.see_seizing(i, slip, quick) and known
+        known = not self.see_seizing(i, slip, quick, known) and known
         turns = slip < 1.0 - LOCKED_FRACTION
         settled = not time_s - wheel.slid_s < UNSETTLED_S
         wheel.turns = turns
@@ -117,12 +116,12 @@ class RegimeWatch(MotorWatch):
         now.braked = now.braked or wheel.unseen_std_ns != 0.0
         return known and turns and settled
 
-    def see_seizing(self, i: int, slip: float, quick: bool) -> bool:
+    def see_seizing(self, i: int, slip: float, quick: bool, known: bool) -> bool:
         """Whether a wheelset seizes: then its torque is unknown, and with it mu_w,i, until it rolls. (20) sees none."""
         wheel, place, time_s = self.wheels[i], self.adhesion_place + i, self.now.time_s
         if not quick or self.tuning.literal:
             wheel.seizing.rolls()
-        elif not wheel.seizing.is_on and wheel.torque_known and not wheel.axle_speed_lost:
+        elif known:  # else it does already, or nothing shows it
             std = sqrt(self.filter.covariance[place][place])
             if wheel.seizing.see(time_s, slip, self.filter.x[place], std):
                 wheel.torque_known = False

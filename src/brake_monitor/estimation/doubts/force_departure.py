@@ -17,7 +17,7 @@ class ForceDeparture:
 
     def see(self, step_s: float, pressing_force_n: float, observable: float) -> None:
         """Take the mean force over a step; `observable` is 1 where friction was, else 0."""
-        share = step_s / CONTACT_S if step_s < CONTACT_S else 1.0
+        share = step_s / CONTACT_S
         self._lately_n += share * (pressing_force_n - self._lately_n)
         if observable > 0.0 and pressing_force_n > 0.0:
             weight = pressing_force_n / max(pressing_force_n, self._learned_n)

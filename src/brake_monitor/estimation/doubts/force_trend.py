@@ -59,7 +59,7 @@ class ForceTrend:
         share = min(step_s / RECENT_S, 1.0)
         self._compared_mps2 += pressed_mps2 * share
         self._compared_slowing_mps2 += slowed_mps2 * share
-        remembered = min(step_s / REMEMBERED_S, 1.0)
+        remembered = step_s / REMEMBERED_S
         self._shown += (pressed_mps2 * slowed_mps2 - self._shown) * remembered
         self._changed += (pressed_mps2 * pressed_mps2 - self._changed) * remembered
 

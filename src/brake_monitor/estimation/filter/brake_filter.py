@@ -14,7 +14,7 @@ from brake_monitor.estimation.filter.filter_lines import (
     loads_line,
     step_line,
 )
-from brake_monitor.estimation.filter.physical import confined, physical_range
+from brake_monitor.estimation.filter.physical import physical_range
 from brake_monitor.estimation.kalman import ekf
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.brake_step import share_memory_steps
@@ -236,8 +236,8 @@ class BrakeFilter(Belief):
         return is_physical or self.is_sound()
 
     def confined(self, x: Vector) -> Vector:
-        """A state put back to what is physical."""
-        return confined(x, self.least, self.most)
+        """A state with each number put back within its bounds."""
+        return [min(max(value, low), high) for value, low, high in zip(x, self.least, self.most, strict=True)]
 
     def std(self, place: int) -> float:
         """Standard deviation of one state."""

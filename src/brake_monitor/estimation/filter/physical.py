@@ -1,7 +1,6 @@
 """What the state of a wagon can be: bounds far beyond any wagon, within which the filter is kept."""
 
 from math import inf
-from operator import le
 
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector
 from brake_monitor.estimation.model.state_layout import StateLayout
@@ -32,13 +31,6 @@ def physical_range(s: StateLayout) -> tuple[Vector, Vector]:
     for place in range(s.torque_error.start, s.torque_error.stop):
         lower[place], upper[place] = TORQUE_ERROR_RANGE
     return lower, upper
-
-
-def confined(x: Vector, least: Vector, most: Vector) -> Vector:
-    """The state with each number put back within its bounds."""
-    if all(map(le, least, x)) and all(map(le, x, most)):
-        return x
-    return [min(max(value, low), high) for value, low, high in zip(x, least, most, strict=True)]
 
 
 def is_physical(x: Vector, covariance: Matrix, least: Vector, most: Vector) -> bool:

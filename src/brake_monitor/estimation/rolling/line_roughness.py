@@ -26,7 +26,7 @@ class LineRoughness:
         self._expected = expected
         self.density = expected  # (m/s²)²/m, as learned so far
         self._seen_m = PRIOR_M  # of way over which it is the mean
-        self._looked_m = inf  # where d was looked at last; inf: nowhere yet
+        self._looked_m = -inf  # where d was looked at last; -inf: nowhere yet
         self._looked_mps2 = 0.0  # d there, ...
         self._looked_variance = 0.0  # ... and how well it was known
 
@@ -35,9 +35,9 @@ class LineRoughness:
         if deceleration_mps2 < -PULLED_MPS2 or variance > LARGEST_VARIANCE or self._expected == 0.0:
             return
         way_m = place_m - self._looked_m
-        if 0.0 <= way_m < LEAST_WAY_M:
+        if way_m < LEAST_WAY_M:
             return
-        if LEAST_WAY_M <= way_m <= LONGEST_WAY_M:
+        if way_m <= LONGEST_WAY_M:
             change_mps2 = deceleration_mps2 - self._looked_mps2
             by_line = (change_mps2 * change_mps2 - variance - self._looked_variance) / way_m
             self._seen_m = min(self._seen_m + way_m, MEMORY_M)
@@ -47,7 +47,7 @@ class LineRoughness:
 
     def forget_look(self) -> None:
         """Begin anew: since it was looked at last, d has changed by something else than the line, or unseen."""
-        self._looked_m = inf
+        self._looked_m = -inf
 
     @property
     def more(self) -> float:
