@@ -5,7 +5,13 @@ from math import sqrt
 
 import pytest
 
-from brake_monitor.estimation.rolling.line_roughness import LARGEST_DENSITY, LARGEST_LOOK, PRIOR_M, LineRoughness
+from brake_monitor.estimation.rolling.line_roughness import (
+    LARGEST_DENSITY,
+    LARGEST_LOOK,
+    LONGEST_WAY_M,
+    PRIOR_M,
+    LineRoughness,
+)
 from brake_monitor.processing.pipeline import Pipeline
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_settings
@@ -59,6 +65,16 @@ def test_where_d_is_not_the_lines_nothing_is_learned() -> None:
         line.see_rolling(400.0 * k, 0.1 * (k % 2), 1e-6)
     assert line.density == 8e-6
     assert line.more == 0.0
+
+
+def test_what_lies_too_far_back_is_not_compared_with() -> None:
+    """By one look it would decide alone; what comes next is compared with the new one."""
+    line = LineRoughness(EXPECTED)
+    line.see_rolling(0.0, 0.0, 1e-6)
+    line.see_rolling(LONGEST_WAY_M + 1.0, 0.4, 1e-6)
+    assert line.density == EXPECTED
+    line.see_rolling(LONGEST_WAY_M + 401.0, 0.2, 1e-6)
+    assert line.density > EXPECTED
 
 
 def test_what_has_changed_otherwise_is_not_looked_at() -> None:

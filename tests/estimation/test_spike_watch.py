@@ -47,6 +47,12 @@ def test_a_spike_that_was_taken_for_true_is_told_by_the_next_reading(
     assert watch.see_next(1.0 + STEP_S, OMEGA_RADPS, next_radps) is was_spike
 
 
+def test_a_next_reading_that_is_off_by_more_than_a_spike_leaves_shows_something_else() -> None:
+    """Taken for true, a spike leaves twice itself at the most; held back, it leaves the prediction what it was."""
+    assert not after([(1.2, True, -3.6)] * 3).is_on(2.0)
+    assert not after([(1.2, False, -0.9)] * 3).is_on(2.0)
+
+
 def test_one_alone_may_be_the_rail() -> None:
     assert not after([(-1.2, True, 1.2)]).is_on(1.0)
 

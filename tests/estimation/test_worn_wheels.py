@@ -7,6 +7,7 @@ import pytest
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
+from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS, RadiusCalibration
 from brake_monitor.settings.config import EstimatorSettings
 from brake_monitor.settings.example_vehicles import example_settings
 from brake_monitor.simulator.plant import Modifiers
@@ -35,6 +36,15 @@ def test_friction_is_that_of_the_pads_whatever_the_wheels_are_like(
     worn = judged(scenario, factors)
     worn.assert_honest()
     assert mean_error(worn) == pytest.approx(mean_error(judged(scenario, (1.0,))), abs=0.008)
+
+
+@pytest.mark.parametrize(("speed_mps", "learned_m"), [(LEAST_SPEED_MPS - 0.1, 0.445), (20.0, 0.43)])
+def test_a_wagon_that_crawls_teaches_no_radius(speed_mps: float, learned_m: float) -> None:
+    """Steps and noise of its speeds are a larger share of them than wheels are worn by."""
+    radius = RadiusCalibration(0.445)
+    for _ in range(10_000):
+        radius.see_rolling(speed_mps, speed_mps / 0.43, 0.02)
+    assert radius.radius_m == pytest.approx(learned_m, abs=1e-4)
 
 
 @pytest.mark.parametrize(("brake_m", "asks_more"), [(0.247, 1.0 / 0.93), (0.445, 1.0)], ids=["disc", "tread"])
