@@ -229,3 +229,27 @@ def believed(gate: ForceGate, time_s: float, pressing_force_n: float, *, unlikel
     if gate.passes(time_s, pressing_force_n, True):
         return [(time_s, pressing_force_n)]
     return gate.pass_on(time_s, pressing_force_n, True, unlikely)
+
+
+def test_nor_is_one_a_witness_whose_reading_is_held_back() -> None:
+    gate = ForceGate()
+    assert all(gate.passes(10.0 + 0.01 * k, 40e3 + k % 2, True) for k in range(10))
+    assert gate.is_alive(10.1)
+    assert not believed(gate, 10.1, 0.0, unlikely=True)
+    assert not gate.is_alive(10.1)
+
+
+@pytest.mark.parametrize(
+    "told",
+    [
+        [(0.0, 30e3), (0.01, 60e3), (0.02, 0.0)],
+        [(0.0, 40e3), (0.02, 20e3), (0.04, 4e3)],
+        [(0.0, 30e3), (0.03, 9.9e3), (0.06, 9.9e3), (0.97, 9.9e3), (1.0, 1e3)],
+    ],
+    ids=["below where a spike rose from", "from more than springs move", "long after it was vented"],
+)
+def test_a_fall_is_held_back_that_neither_a_spike_nor_springs_explain(told: list[tuple[float, float]]) -> None:
+    gate = ForceGate()
+    *before, (time_s, force_n) = told
+    assert all(gate.passes(10.0 + early_s, early_n, True) for early_s, early_n in before)
+    assert not gate.passes(10.0 + time_s, force_n, True)

@@ -70,7 +70,13 @@ def test_a_wheelset_without_slide_protection_that_locks_slides_once() -> None:
 
 
 def test_what_is_told_slowly_may_have_moved_between_two_readings() -> None:
-    assert renewals(lambda t: 0.0, slides, 8.0, step_s=0.9 * PERIOD_S)[-1] == 0
+    step_s = 0.25 * PERIOD_S
+    assert renewals(lambda t: 0.0, slides, 9 * step_s, step_s=step_s)[-1] == 0
+    assert renewals(lambda t: 0.0, slides, 9 * PERIOD_S, step_s=step_s)[-1] > 0
+
+
+def test_slides_within_a_second_leave_a_valve_no_time_to_answer() -> None:
+    assert renewals(lambda t: 30e3, lambda t: slides(2.4 * t), 0.9)[-1] == 0
 
 
 def test_where_nothing_seems_to_press_less_slip_tells() -> None:
