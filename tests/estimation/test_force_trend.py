@@ -43,6 +43,23 @@ def test_a_held_force_does_not_change() -> None:
     assert rates[-1] == pytest.approx(0.0, abs=1e-4)
 
 
+def test_nor_does_one_that_is_told_to_the_last_bit() -> None:
+    trend = ForceTrend()
+    for _ in range(1000):
+        trend.see(STEP_S, 0.0, BEGINS_MPS, FRICTION)
+    assert trend.hidden_rate_mps3 == 0.0
+
+
+def test_what_was_told_seldom_leaves_no_trace_in_what_is_told_often() -> None:
+    """Steps as long as these go past what forces are smoothed over."""
+    trend = ForceTrend()
+    for _ in range(30):
+        trend.see(0.9, HELD_MPS2, BEGINS_MPS, FRICTION)
+    for k in range(round(5.0 / STEP_S)):
+        trend.see(STEP_S, HELD_MPS2 * (1.0 + 0.03 * k * STEP_S), BEGINS_MPS, FRICTION)
+    assert trend.hidden_rate_mps3 == pytest.approx(FRICTION * HELD_MPS2 * 0.03, rel=0.05)
+
+
 @pytest.mark.parametrize(("fills_s", "until"), [(1.0, 1.0), (4.0, 1.0), (25.0, 1.0)], ids=["disc brake", "P", "G"])
 def test_a_brake_that_is_put_on_follows_no_line(fills_s: float, until: float) -> None:
     rates = hidden((0.0, 0.0), (until * fills_s, until), shown=1.0)

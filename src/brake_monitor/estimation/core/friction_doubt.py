@@ -67,7 +67,7 @@ class FrictionDoubt(CoreNumbers):
         per_friction_mps2 = max(abs(self.point_friction_against_line()), LEAST_PER_FRICTION_MPS2)
         applied.line_friction_std = min(abs(strayed), LINE_CHANGE_MPS2 / per_friction_mps2)
         line_variance = applied.line_friction_std * applied.line_friction_std
-        applied.line_friction_share = line_variance / (line_variance + max(self.mean_friction_variance(), 0.0))
+        applied.line_friction_share = line_variance / (line_variance + self.mean_friction_variance())
         self.doubt_friction(line_variance)
 
     def see_impossible_friction(self) -> None:
