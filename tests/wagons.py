@@ -1,9 +1,23 @@
 """A wagon of any number of wheelsets, each of which differs from the others, for tests of the equations."""
 
-from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
+from collections.abc import Sequence
+
+import numpy as np
+
+from brake_monitor.estimation.model.wagon import FrictionRelaxation, Inputs, Wagon
 from brake_monitor.settings.config import Vehicle
 
 AXLES = {1: (0.0,), 2: (4.5, -4.5), 4: (9.4, 7.6, -7.6, -9.4), 6: (8.0, 6.2, 4.4, -4.4, -6.2, -8.0)}
+
+
+def derivative(wagon: Wagon, x: Sequence[float], u: Inputs) -> np.ndarray:
+    """f(x, u) of (12)."""
+    return np.array(wagon.linearise(x, u)[0])
+
+
+def jacobian(wagon: Wagon, x: Sequence[float], u: Inputs) -> np.ndarray:
+    """A = ∂f/∂x."""
+    return np.array(wagon.linearise(x, u)[1])
 
 
 def make_wagon(n: int, relaxation: FrictionRelaxation | None = None, *, has_motors: bool = False) -> Wagon:

@@ -21,6 +21,7 @@ from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import drive, estimate
 from brake_monitor.validation.scores import judged
 from brake_monitor.validation.vehicles import PAPER_OMEGA_STD_RADPS, PAPER_SPEED_STD_MPS, campaign_settings
+from wagons import jacobian
 
 SPEED_MPS, FRICTION = 15.0, 0.35
 
@@ -32,7 +33,7 @@ def noise_of_adhesion() -> float:
     x = np.zeros(s.size)
     x[0], x[s.speed], x[s.friction] = SPEED_MPS / wagon.wheelsets[0].wheel_radius_m, SPEED_MPS, FRICTION
     known = slice(0, s.deceleration)  # (19) has no d
-    transition = np.eye(4) + wagon.jacobian(x, u)[known, known] * PAPER_STEP_S
+    transition = np.eye(4) + jacobian(wagon, x, u)[known, known] * PAPER_STEP_S
     step_noise = np.diag([RIG.omega, RIG.speed, RIG.friction, RIG.adhesion]) * PAPER_STEP_S
     seen = np.eye(4)[:2]
     sensor_noise = np.diag([PAPER_OMEGA_STD_RADPS**2, PAPER_SPEED_STD_MPS**2])

@@ -32,7 +32,7 @@ from brake_monitor.observability.analysis import (
 from brake_monitor.observability.survey import Survey
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_config, example_settings
-from wagons import AXLES, make_wagon
+from wagons import AXLES, derivative, make_wagon
 
 WINDOW_S = 0.5
 BRAKED = OperatingPoint(40_000.0, 20.0, 0.08)
@@ -160,7 +160,7 @@ def state_of(wagon: Wagon, variant: Variant, values: np.ndarray, instant: int) -
 def forward_map(wagon: Wagon, x: np.ndarray, u: Inputs) -> np.ndarray:
     """Return z = [y, ẏ] of (16), cut after the first derivative, shape (2N+2,)."""
     measured = wagon.layout.speed + 1
-    return np.concatenate([x[:measured], wagon.derivative(x.tolist(), u)[:measured]])
+    return np.concatenate([x[:measured], derivative(wagon, x.tolist(), u)[:measured]])
 
 
 def inverse_map(wagon: Wagon, z: np.ndarray, u: Inputs, deceleration_mps2: float = 0.0) -> np.ndarray:

@@ -21,6 +21,7 @@ from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import Task, drive, estimate, tasks
 from brake_monitor.validation.variants import PrintedWagon
 from brake_monitor.validation.vehicles import PAPER_OMEGA_STD_RADPS, PAPER_SPEED_STD_MPS, campaign_settings
+from wagons import derivative, jacobian
 
 SHORT = Scenario(
     name="short",
@@ -133,13 +134,13 @@ def test_printed_model_and_its_jacobian_belong_together() -> None:
     s = printed.layout
     x = np.zeros(s.size)
     x[: s.deceleration] = [40.0, 40.0, 18.0, 0.35, 0.33, 0.05, 0.05]
-    f, a = printed.derivative(x, u), printed.jacobian(x, u)
+    f, a = derivative(printed, x, u), jacobian(printed, x, u)
     for state in (s.speed, s.adhesion.start, s.deceleration):
         step = np.zeros(s.size)
         step[state] = 1e-6
-        numeric = (printed.derivative(x + step, u) - printed.derivative(x - step, u)) / 2e-6
+        numeric = (derivative(printed, x + step, u) - derivative(printed, x - step, u)) / 2e-6
         assert a[s.speed, state] == pytest.approx(numeric[s.speed], rel=1e-6, abs=1e-9)
-    assert f[s.omega] == pytest.approx(Wagon.from_vehicle(settings.vehicle).derivative(x, u)[s.omega])
+    assert f[s.omega] == pytest.approx(derivative(Wagon.from_vehicle(settings.vehicle), x, u)[s.omega])
 
 
 def test_the_rig_hears_the_noise_that_its_own_covariance_states() -> None:

@@ -180,7 +180,8 @@ def _map_at(wagon: Wagon, pattern: Floats, point: OperatingPoint) -> Floats:
     u = wagon.inputs()._replace(pressing_force_n=(point.pressing_force_n * pattern).tolist())
     measured = s.speed + 1
     state = x.tolist()
-    return np.vstack([np.eye(s.size)[:measured], wagon.jacobian(state, wagon.settled(state, u))[:measured]])
+    _, jacobian = wagon.linearise(state, wagon.settled(state, u))
+    return np.vstack([np.eye(s.size)[:measured], jacobian[:measured]])
 
 
 def _placed(wagon: Wagon, variant: Variant, columns: tuple[Unknown, ...], instant: int) -> Floats:

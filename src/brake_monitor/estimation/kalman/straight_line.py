@@ -61,13 +61,13 @@ class Symbol:
         return self._journal.quotient(other, self)
 
     def __le__(self, other: Any) -> Any:
-        return self._journal.comparison("<=", self, other)
+        return self._journal.note("<=", self, other)
 
     def __ge__(self, other: Any) -> Any:
-        return self._journal.comparison(">=", self, other)
+        return self._journal.note(">=", self, other)
 
     def __and__(self, other: Any) -> Any:
-        return self._journal.comparison("and", self, other)
+        return self._journal.note("and", self, other)
 
     def __neg__(self) -> Any:
         return self._journal.difference(0.0, self)
@@ -98,13 +98,13 @@ class Journal:
         """What `left + right` is."""
         if _is(left, 0.0):
             return right
-        return left if _is(right, 0.0) else self._note("+", left, right)
+        return left if _is(right, 0.0) else self.note("+", left, right)
 
     def difference(self, left: Any, right: Any) -> Any:
         """What `left - right` is."""
         if left is right:
             return 0.0
-        return left if _is(right, 0.0) else self._note("-", left, right)
+        return left if _is(right, 0.0) else self.note("-", left, right)
 
     def product(self, left: Any, right: Any) -> Any:
         """What `left * right` is."""
@@ -112,19 +112,16 @@ class Journal:
             return 0.0
         if _is(left, 1.0):
             return right
-        return left if _is(right, 1.0) else self._note("*", left, right)
+        return left if _is(right, 1.0) else self.note("*", left, right)
 
     def quotient(self, left: Any, right: Any) -> Any:
         """What `left / right` is."""
         if _is(left, 0.0):
             return 0.0
-        return left if _is(right, 1.0) else self._note("/", left, right)
+        return left if _is(right, 1.0) else self.note("/", left, right)
 
-    def comparison(self, operator: str, left: Any, right: Any) -> Any:
-        """What `left <= right` and the like are, and whether both of two such hold."""
-        return self._note(operator, left, right)
-
-    def _note(self, operator: str, left: Any, right: Any) -> Symbol:
+    def note(self, operator: str, left: Any, right: Any) -> Symbol:
+        """What an operation makes of numbers of which not all are known."""
         if operator in "+*" and (operator, _key(right), _key(left)) in self._known:
             left, right = right, left  # the same number
         key = (operator, _key(left), _key(right))

@@ -35,9 +35,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple, Self
 
-import numpy as np
-
-from brake_monitor.arrays import Floats
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.acting import Acting
 from brake_monitor.estimation.model.load_distribution import load_distribution
@@ -172,14 +169,6 @@ class Wagon:
             for wheelset in self.wheelsets
         ]
 
-    def derivative(self, x: Sequence[float], u: Inputs) -> Floats:
-        """f(x, u) of (12), of the size of the state; see `linearise`."""
-        return np.array(self.linearise(x, u)[0])
-
-    def jacobian(self, x: Sequence[float], u: Inputs) -> Floats:
-        """A = ∂f/∂x, square; see `linearise`."""
-        return np.array(self.linearise(x, u)[1])
-
     def linearise(self, x: Sequence[float], u: Inputs) -> tuple[Vector, Matrix]:
         """f(x, u) of (12) and A = ∂f/∂x, analytic: (6), (7), (10) for omega, (5) for v, (9) for mu_b.
 
@@ -192,11 +181,8 @@ class Wagon:
             f[i], a[i] = self._wheel_equation(i, x, u)
         if self.relaxation is not None:
             for i, place in enumerate(range(s.friction.start, s.friction.stop)):
-                rate, rate_per_friction = self.relaxation.rate(x[place])
-                f[place], a[place][place] = (
-                    u.friction_observable[i] * rate,
-                    u.friction_observable[i] * rate_per_friction,
-                )
+                rate, per_friction = self.relaxation.rate(x[place])
+                f[place], a[place][place] = u.friction_observable[i] * rate, u.friction_observable[i] * per_friction
         return f, a
 
     def _speed_row(self, x: Sequence[float], u: Inputs) -> Vector:
