@@ -7,7 +7,7 @@ import pytest
 
 from brake_monitor.arrays import Floats
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.filter.tape import Reading, Step, TapedFilter
+from brake_monitor.estimation.filter.tape import Reading, Step, Tape, TapedFilter
 from brake_monitor.estimation.kalman.ekf import Measured
 from brake_monitor.estimation.model.tuning import RIG, TRAIN
 from brake_monitor.estimation.model.wagon import Wagon
@@ -161,3 +161,14 @@ def test_what_is_in_doubt_has_moved_before() -> None:
     noise = [event.noise[place, place] for event in brakes.tape.events if isinstance(event, Step)]
     assert noise == pytest.approx([0.0, 0.0, 0.18, 0.18, 0.0, 0.0])  # from 0 to -0.6 in steps 2 and 3
     assert sum(event.noise.sum() for event in brakes.tape.events if isinstance(event, Step)) == pytest.approx(0.36)
+
+
+@pytest.mark.parametrize("number", [np.nan, np.inf])
+def test_what_is_not_finite_is_on_no_tape(number: float) -> None:
+    """The filter is reset then; a smoother would spoil with it all that came before."""
+    tape, zeros, odd = Tape(), np.zeros((2, 2)), np.full((2, 2), number)
+    tape.step(Step(odd, zeros))
+    tape.step(Step(zeros, odd))
+    tape.reading(Measured(0), number, 1.0, [0.0, 0.0])
+    tape.reading(Measured(0), 0.0, 1.0, [0.0, number])
+    assert not tape.events
