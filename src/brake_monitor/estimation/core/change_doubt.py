@@ -90,13 +90,13 @@ class ChangeDoubt(FrictionDoubt):
 
     def share_of_friction(self, i: int) -> float:
         """What mu_b,i gives of the wagon's deceleration per unit, m/s², by the `direction` of friction."""
-        asked: float = self.filter.direction[self.adhesion_place + i]
+        asked = self.filter.direction[self.adhesion_place + i]
         return asked * self.wheels[i].wheel_load_n / self.now.mass_kg
 
     def given_variance(self) -> float:
         """The variance of what d and friction give together, (m/s²)²."""
         covariance, place, n = self.filter.covariance, self.deceleration_place, self.wheelset_count
-        variance: float = covariance[place][place]
+        variance = covariance[place][place]
         for i in range(n):
             row, share = covariance[self.friction_place + i], self.share_of_friction(i)
             variance += 2.0 * share * row[place]

@@ -7,9 +7,9 @@
 from collections.abc import MutableSequence, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Any
 
 from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
+from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.kalman.foretold import Foretold
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
@@ -66,24 +66,22 @@ class CoreNumbers:
     has_torque_signal: bool  # any motor's torque is mapped
     learns_lag: bool  # L is a state
     learns_torque_error: bool  # K is
-    filter: Any  # a BrakeFilter, or its numbers
+    filter: BrakeFilter  # or its numbers
 
     def speed_mps(self) -> float:
         """The estimated vehicle speed v."""
-        speed_mps: float = self.filter.x[self.wheelset_count]
-        return speed_mps
+        return self.filter.x[self.wheelset_count]
 
     def motor_acts(self, i: int) -> bool:
         """Whether the motor of wheelset i brakes or drives."""
         wheel = self.wheels[i]
-        least_n: float = MOTOR_ACTS_MPS2 / GRAVITY_MPS2 * wheel.next_wheel_load_n
+        least_n = MOTOR_ACTS_MPS2 / GRAVITY_MPS2 * wheel.next_wheel_load_n
         return abs(wheel.torque.value) >= least_n * wheel.wheel_radius_m
 
     def is_left_free(self, i: int) -> bool:
         """Whether no motor acts on wheelset i, and, by its pressing force, no pad: that much is known."""
         wheel = self.wheels[i]
-        is_free: bool = wheel.motor_torque_known and not self.motor_acts(i) and not wheel.force_lost
-        return is_free
+        return wheel.motor_torque_known and not self.motor_acts(i) and not wheel.force_lost
 
     def adhesion_demand(self, i: int) -> float:
         """The mu_w,i that brake and motor of wheelset i ask for if it rolls."""
@@ -92,8 +90,7 @@ class CoreNumbers:
         by_motor = motor_demand(wheel, wheel.end_torque_nm, load_n)
         if self.learns_torque_error:
             by_motor *= 1.0 + self.filter.x[self.torque_error_place]
-        asked: float = by_brake + by_motor
-        return asked
+        return by_brake + by_motor
 
     def slip(self, i: int) -> float:
         """(v - omega r_W) / v of wheelset i by its calibrated radius; 0 near standstill and while its speed is lost."""
@@ -125,14 +122,12 @@ class CoreNumbers:
         """Whether L has left what was known of it as the brake application began."""
         applied = self.now.application
         strayed_s = self.filter.x[self.lag_place] - applied.lag_s
-        has_strayed: bool = strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * applied.lag_variance
-        return has_strayed
+        return strayed_s * strayed_s > STRAYED_SIGMAS * STRAYED_SIGMAS * applied.lag_variance
 
     def is_lag_at_limit(self) -> bool:
         """Whether L is at a bound: no possible lag explains how speeds and forces follow each other."""
         brakes, lag = self.filter, self.lag_place
-        is_out: bool = not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
-        return is_out
+        return not brakes.least[lag] < brakes.x[lag] < brakes.most[lag]
 
     def friction_comes_back(self) -> bool:
         """Whether what contradicts the speed is taken for friction that comes back to what it was, and not for d."""
@@ -141,8 +136,7 @@ class CoreNumbers:
     def is_deceleration_unknown(self) -> bool:
         """Whether d's deviation has reached the largest d that is explained: a lasting doubt widens it no further."""
         place = self.deceleration_place
-        is_unknown: bool = self.filter.covariance[place][place] >= self.largest_deceleration_mps2**2
-        return is_unknown
+        return self.filter.covariance[place][place] >= self.largest_deceleration_mps2**2
 
     def mean_friction(self) -> float:
         """The mean friction of all pads."""
@@ -164,7 +158,7 @@ class CoreNumbers:
 
         Of rising forces alone it would come out too low, by what forces are late.
         """
-        known_std: float = self.tuning.converged_friction_std
+        known_std = self.tuning.converged_friction_std
         return self.mean_friction_variance() < known_std * known_std
 
     def fastest_mps(self) -> float:

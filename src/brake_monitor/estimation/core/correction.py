@@ -84,7 +84,7 @@ class Correction(ChangeDoubt):
         Below some speed a sensor says 0, at once: no torque has made the wheelset lose that speed. To the letter of
         (20) it is fused as any other.
         """
-        stands: bool = value * self.wheels[i].radius.radius_m < LOCKED_FRACTION * self.speed_mps()
+        stands = value * self.wheels[i].radius.radius_m < LOCKED_FRACTION * self.speed_mps()
         return stands and not self.tuning.literal
 
     def accept(self, index: int, is_sound: bool) -> int:
@@ -201,8 +201,7 @@ class Correction(ChangeDoubt):
 
     def by_dry_rail_radps2(self, i: int) -> float:
         """The largest angular acceleration that a dry rail gives; nothing turns a wheelset down faster."""
-        by_rail: float = LARGEST_ADHESION * rail_radps2(self.wheels[i], self.wheels[i].wheel_load_n, 1.0)
-        return by_rail
+        return LARGEST_ADHESION * rail_radps2(self.wheels[i], self.wheels[i].wheel_load_n, 1.0)
 
     def has_acceleration_ended(self, i: int, residual: float, gate: float, since_s: float) -> bool:
         """Whether a reading is explained by the end of the acceleration that the prediction has gone on with.
@@ -213,8 +212,7 @@ class Correction(ChangeDoubt):
         by_rail = x[self.adhesion_place + i] * rail_radps2(wheel, wheel.wheel_load_n, 1.0)
         by_brake = x[self.friction_place + i] * brake_radps2(wheel, wheel.force.value, 1.0)
         foretold_radps = (by_rail - by_brake) * since_s
-        has_acceleration_ended: bool = residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
-        return has_acceleration_ended
+        return residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """Admit a jump of mu_w,i that explains the surprising residual of a wheel speed, and what v has lost by it."""

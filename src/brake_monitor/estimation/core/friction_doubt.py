@@ -93,7 +93,7 @@ class FrictionDoubt(CoreNumbers):
     def strayed_friction(self, sigmas: float) -> float:
         """By how much friction is off what was known of it as the brake application began; 0 within so many sigmas."""
         applied = self.now.application
-        strayed: float = self.mean_friction() - applied.friction
+        strayed = self.mean_friction() - applied.friction
         return strayed if strayed * strayed > sigmas * sigmas * applied.friction_variance else 0.0
 
     def see_friction_come_back(self) -> None:
@@ -118,13 +118,13 @@ class FrictionDoubt(CoreNumbers):
         now = self.now
         if self.strayed_friction(STRAYS_SIGMAS) * now.consistency.bias.doubtful_sigmas > 0.0:
             return True
-        strayed_mps2: float = self.filter.x[self.deceleration_place] - now.application.line_mps2
+        strayed_mps2 = self.filter.x[self.deceleration_place] - now.application.line_mps2
         follows = abs(strayed_mps2) > LINE_CHANGE_MPS2 and self.strayed_friction(FAR_SIGMAS) * strayed_mps2 < 0.0
         return follows and not now.consistency.is_on(UNEXPLAINED, now.time_s)
 
     def is_more_than_a_line(self) -> bool:
         """Whether friction that comes back moves the wagon by more than lines do: of a light brake none can tell."""
-        strayed_mps2: float = self.strayed_friction(STRAYS_SIGMAS) * self.point_friction_against_line()
+        strayed_mps2 = self.strayed_friction(STRAYS_SIGMAS) * self.point_friction_against_line()
         return abs(strayed_mps2) > LINE_CHANGE_MPS2
 
     def give_back_to_friction(self, strayed: float) -> None:
@@ -133,7 +133,7 @@ class FrictionDoubt(CoreNumbers):
         A d that has taken what friction would give, gives no more than that, or than lines change by at once.
         """
         place = self.deceleration_place
-        unmodelled_mps2: float = self.filter.x[place]
+        unmodelled_mps2 = self.filter.x[place]
         returned_mps2 = unmodelled_mps2 - strayed * self.point_friction_against_line()
         least_mps2 = min(unmodelled_mps2 - LINE_CHANGE_MPS2, returned_mps2)
         most_mps2 = max(unmodelled_mps2 + LINE_CHANGE_MPS2, returned_mps2)
@@ -150,7 +150,7 @@ class FrictionDoubt(CoreNumbers):
         """
         now, applied, unmodelled_mps2 = self.now, self.now.application, self.filter.x[self.deceleration_place]
         passed_m, applied.line_m = now.distance_m - applied.line_m, now.distance_m
-        strayed_mps2: float = unmodelled_mps2 - applied.line_mps2
+        strayed_mps2 = unmodelled_mps2 - applied.line_mps2
         pull_may_end = applied.pull_variance > 0.0 and now.time_s - applied.began_s < PULL_ENDS_S
         variance = self.filter.covariance[self.deceleration_place][self.deceleration_place]
         is_known = variance < LINE_CHANGE_MPS2 * LINE_CHANGE_MPS2 or not now.consistency.is_on(BIASED, now.time_s)

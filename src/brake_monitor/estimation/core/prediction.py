@@ -208,7 +208,7 @@ class Prediction(RegimeWatch):
     def as_pads_n(self, i: int) -> float:
         """The mean pressing force of wheelset i in the step, with that of pads which brake as its motor does."""
         wheel = self.wheels[i]
-        pressing_force_n: float = wheel.pressing_force_n
+        pressing_force_n = wheel.pressing_force_n
         if self.has_torque_signal:
             friction = self.filter.x[self.friction_place + i]
             pressing_force_n -= wheel.wheel_torque_nm / (wheel.brake_radius_m * friction)

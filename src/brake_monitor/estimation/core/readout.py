@@ -177,20 +177,19 @@ def timed_variance(core: CoreNumbers, variance: float) -> float:
 def unseen_adhesion_std(core: CoreNumbers, i: int) -> float:
     """The deviation of mu_w,i by what the motor of wheelset i errs beside K."""
     wheel = core.wheels[i]
-    asked: float = motor_demand(wheel, wheel.end_torque_nm, wheel.next_wheel_load_n) if core.has_torque_signal else 0.0
+    asked = motor_demand(wheel, wheel.end_torque_nm, wheel.next_wheel_load_n) if core.has_torque_signal else 0.0
     return OWN_TORQUE_STD * abs(asked)
 
 
 def load_share(core: CoreNumbers, i: int) -> float:
     """F_z,i / (m g) now."""
-    share: float = core.wheels[i].next_wheel_load_n / (core.now.mass_kg * GRAVITY_MPS2)
-    return share
+    return core.wheels[i].next_wheel_load_n / (core.now.mass_kg * GRAVITY_MPS2)
 
 
 def unseen_friction_variance(core: CoreNumbers, i: int) -> float:
     """The variance of what friction of wheelset i may do unseen: at another force, and since its pad left the disc."""
     now, wheel = core.now, core.wheels[i]
-    std: float = wheel.departure.relative_std * core.filter.x[core.friction_place + i]
+    std = wheel.departure.relative_std * core.filter.x[core.friction_place + i]
     variance = std * std
     if not wheel.contact.pressed and now.pressed_s > -inf:
         variance += pause_variance(max(now.time_s - now.pressed_s, 0.0))

@@ -86,7 +86,7 @@ class RegimeWatch(MotorWatch):
             return QUICK_SLIP * QUICK_SLIP
         n = self.wheelset_count
         speed_mps, variance = self.filter.x[n], self.filter.covariance[n][n]
-        unsure: float = QUICK_SIGMAS * QUICK_SIGMAS * variance / (speed_mps * speed_mps)
+        unsure = QUICK_SIGMAS * QUICK_SIGMAS * variance / (speed_mps * speed_mps)
         return QUICK_SLIP * QUICK_SLIP + unsure
 
     def enter_slip(self, i: int, slip: float, quick: bool, known: bool) -> bool:
@@ -128,8 +128,7 @@ class RegimeWatch(MotorWatch):
                 self.filter.forget(place, 0.0, UNKNOWN_ADHESION_STD)
         if wheel.seizing.is_on:
             self.now.consistency.raised_s[SEIZES] = time_s
-        seizes: bool = wheel.seizing.is_on
-        return seizes
+        return wheel.seizing.is_on
 
     def see_lock(self, i: int) -> None:
         """Note whether a wheelset is locked, and let its friction walk while its pads are, or were lately, stuck.
@@ -148,8 +147,7 @@ class RegimeWatch(MotorWatch):
 
         To the letter of (20) this does not count.
         """
-        lately: bool = not self.tuning.literal and self.now.time_s - wheel.locked_s < UNSETTLED_S
-        return lately
+        return not self.tuning.literal and self.now.time_s - wheel.locked_s < UNSETTLED_S
 
     def enter_creep(self, wheel: WheelsetMoment, slip: float, creeps: bool) -> None:
         """Set the weights of C_k by the slip of a wheelset, and by how much its slip speed has changed since last time.
@@ -236,8 +234,7 @@ class RegimeWatch(MotorWatch):
         if not self.now.speed_lost:
             return True
         speed, quick_mps = self.wheelset_count, QUICK_SLIP * self.filter.x[self.wheelset_count]
-        is_known: bool = self.filter.covariance[speed][speed] < quick_mps * quick_mps
-        return is_known
+        return self.filter.covariance[speed][speed] < quick_mps * quick_mps
 
     def set_deceleration_density(self) -> None:
         """Set how fast d may change, and mu_w of wheelsets of which only v tells as well."""

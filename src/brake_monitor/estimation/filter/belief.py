@@ -1,8 +1,8 @@
 """What a filter believes, x and P, and what is done to single states beside predictions and corrections."""
 
 from math import exp, inf
-from typing import Any
 
+from brake_monitor.estimation.kalman.ekf import Matrix, Vector
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_ADHESION_S, SLOW_SPEED_DENSITY
 
 
@@ -12,10 +12,10 @@ class Belief:
     speed_place: int  # of v in x, after as many omega_i as there are mu_w,i
     adhesion_place: int  # of the first mu_w,i
     adhesion_std: float  # of these as known beforehand
-    x: Any  # n numbers
-    covariance: Any  # P, n rows of n numbers
-    direction: Any  # n numbers, see `admit_along`
-    saved: Any  # snapshots: x and P row by row, n + n * n numbers each; `WagonMoment` says of when
+    x: Vector  # n numbers
+    covariance: Matrix  # P, n rows of n numbers
+    direction: Vector  # n numbers, see `admit_along`
+    saved: Matrix  # snapshots: x and P row by row, n + n * n numbers each; `WagonMoment` says of when
 
     def forget(self, place: int, value: float, std: float) -> None:
         """Set a state to this value and standard deviation, without covariances to other states."""
@@ -87,7 +87,7 @@ class Belief:
         """By how much a speed or an adhesion may move then; it becomes no surer by what it forgets."""
         if place <= self.speed_place:
             return SLOW_SPEED_DENSITY * step_s
-        variance: float = self.covariance[place][place]
+        variance = self.covariance[place][place]
         lost = variance * (1.0 - exp(-2.0 * step_s / SLOW_ADHESION_S))
         return lost + min(SLOW_ADHESION_DENSITY * step_s, max(self.adhesion_std * self.adhesion_std - variance, 0.0))
 

@@ -41,10 +41,10 @@ class BrakeFilter(Belief):
         self.speed_place = self.layout.speed
         self.adhesion_place = self.layout.adhesion.start
         self.adhesion_std = tuning.adhesion_std
-        self.x: Vector = [0.0] * self.layout.size
+        self.x = [0.0] * self.layout.size
         self.covariance = zeros(self.layout.size)
-        self.direction: Vector = [0.0] * self.layout.size
-        self.saved: Matrix = [[0.0] * (self.layout.size + self.layout.size**2) for _ in range(SNAPSHOTS)]
+        self.direction = [0.0] * self.layout.size
+        self.saved = [[0.0] * (self.layout.size + self.layout.size**2) for _ in range(SNAPSHOTS)]
         self._step = cache(lambda *flags: step_line(equations, StepFlags(*flags)))
         self._loads = cache(partial(loads_line, wagon))
         self._correction = cache(lambda index, *flags: correction_line(wagon.layout, index, CorrectionFlags(*flags)))
