@@ -53,4 +53,4 @@ class SpikeWatch:
 
     def _lately(self, time_s: float) -> float:
         passed_s = time_s - self._spiked_s
-        return self._spikes * exp(-passed_s / LATELY_S) if 0.0 <= passed_s < inf else 0.0
+        return self._spikes * exp(-passed_s / LATELY_S) if passed_s >= 0.0 else 0.0
