@@ -101,6 +101,13 @@ def test_a_wheelset_that_spins_under_its_motor_and_finds_back_is_none() -> None:
     assert renewals(lambda t: 0.0, lambda t: 0.03 - 5.0 * slides(t), 6.0 * PERIOD_S, speed_mps=2.0)[-1] == 0
 
 
+def test_a_wagon_that_stops_in_a_slide_has_no_speed_to_divide_by() -> None:
+    force = StillForce()
+    for k in range(100):
+        force.see(k * STEP_S, 30e3, slides(k * STEP_S), 25.0)
+    assert not force.see(1.0, 30e3, 0.0, 0.0)
+
+
 def test_a_clock_that_is_set_back_begins_anew() -> None:
     force = StillForce()
     for k in range(round(3.0 * PERIOD_S / STEP_S)):
