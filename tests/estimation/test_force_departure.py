@@ -29,6 +29,13 @@ def test_a_rising_force_teaches_as_it_acts() -> None:
     assert max(after(departure, STEP_S, FULL_N) for _ in range(500)) < 0.1 * RELATIVE_STD
 
 
+def test_a_force_at_which_friction_does_not_show_teaches_nothing() -> None:
+    departure = ForceDeparture()
+    after(departure, 20.0, LIGHT_N)
+    gone = 1.0 - LIGHT_N / FULL_N
+    assert after(departure, 20.0, FULL_N, observable=0.0) == pytest.approx(gone * RELATIVE_STD, rel=0.01)
+
+
 @pytest.mark.parametrize("observable", [0.0, 1.0])
 def test_a_vented_brake_rubs_otherwise_within_the_pads_own_time(observable: float) -> None:
     """It is nearly all in doubt after three of their time constants, and stays so for as long as a slide takes."""
