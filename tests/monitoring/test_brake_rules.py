@@ -1048,36 +1048,14 @@ class TestHotDisc:
         assert self.rule.closing_evidence(1) == {"peak_disc_temperature_c": 450.0}
         assert self.rule.closing_evidence(1) == {}
 
-    @pytest.mark.parametrize(
-        ("temperatures_c", "debounce_s", "peaks_c"),
-        [
-            ((20.0, 480.0, 460.0, 20.0, 410.0, 405.0, 20.0), 0.0, [480.0, 410.0]),
-            ((20.0, 480.0, 390.0, 410.0, 405.0, 404.0, 20.0), 2.0, [410.0]),  # of the first heat no alarm came
-            ((20.0, 480.0, 470.0, 460.0, 390.0, 410.0, 405.0, 404.0, 20.0), 2.0, [480.0]),
-        ],
-    )
-    def test_each_alarm_ends_with_its_own_peak(
-        self, temperatures_c: tuple[float, ...], debounce_s: float, peaks_c: list[float]
-    ) -> None:
-        rule = HotDisc(HotDiscRule(debounce_s=debounce_s, clear_s=0.0), 1)
-        monitor = Monitor((rule,))
+    def test_each_alarm_ends_with_its_own_peak(self) -> None:
+        monitor = Monitor((HotDisc(HotDiscRule(debounce_s=0.0, clear_s=0.0), 1),))
         ended = []
-        for k, temperature_c in enumerate(temperatures_c):
+        for k, temperature_c in enumerate((20.0, 480.0, 460.0, 390.0, 410.0, 20.0, 410.0, 405.0, 20.0)):
             brakes = Brakes(float(k), (BrakeUnit(PadWear.new(WEAR), temperature_c),), ())
             changed = monitor.see(observation(estimate(time_s=float(k), wheelsets=(wheelset(),)), brakes=brakes))
             ended += [alarm for alarm in changed if alarm.cleared_time_s is not None]
-        assert [alarm.evidence["peak_disc_temperature_c"] for alarm in ended] == peaks_c
-
-    def test_the_peak_outlives_a_clock_that_is_set_back(self) -> None:
-        """Raised after that, they cool to 390 °C, which is neither hot nor fine, and are warmed to 410 °C once more."""
-        monitor = Monitor((HotDisc(HotDiscRule(clear_s=0.0), 1),))
-        temperatures_c = {1000.0: 480.0, 0.0: 470.0, 1.0: 460.0, 2.0: 450.0, 3.0: 390.0, 4.0: 410.0, 5.0: 20.0}
-        changed = []
-        for time_s, temperature_c in temperatures_c.items():
-            brakes = Brakes(time_s, (BrakeUnit(PadWear.new(WEAR), temperature_c),), ())
-            changed += monitor.see(observation(estimate(time_s=time_s, wheelsets=(wheelset(),)), brakes=brakes))
-        assert [alarm.raised_time_s for alarm in changed] == [2.0, 2.0]
-        assert [alarm.evidence["peak_disc_temperature_c"] for alarm in changed] == [480.0, 480.0]
+        assert [alarm.evidence["peak_disc_temperature_c"] for alarm in ended] == [480.0, 410.0]
 
     def test_the_peak_outlives_a_restart(self) -> None:
         """The rule that is new since knows of it by the alarm that it goes on with."""
