@@ -127,7 +127,7 @@ class LastingCreepSearch:
 
     def _begin_anew(self) -> None:
         """What was rolled since the last release was free of any drag."""
-        self._before.add(self._since)
+        self._before.extend(self._since)
         self._since.clear()
         self._braking.clear()
 
@@ -137,14 +137,14 @@ class LastingCreepSearch:
         self._block_m += step_s * now.speed_mps
         if self._block_s < BLOCK_S:
             return
-        self._since.add([Stretch(self._block_m, _mean_apart(self._turns))])
+        self._since.append(Stretch(self._block_m, _mean_apart(self._turns)))
         self._begin_block()
         self._see_onset()
         passed = self._since.shorten(MOST_WAY_M)
         if self.lasting:
             self._see_what_lasts()
             return
-        self._before.add(passed)
+        self._before.extend(passed)
         if passed and self.suspected is not None:  # nor will a longer way tell: too little is known from before
             self._begin_anew()
         self._before.shorten(MOST_WAY_M)
@@ -161,7 +161,7 @@ class LastingCreepSearch:
             shift = min(early.apart(i)) - max(late.apart(i))
             others = zip(early.others(i), late.others(i), strict=True)
             if shift >= NO_CURVES and all(abs(was - now) <= STEADY * shift for was, now in others):
-                self._before.add(early)
+                self._before.extend(early)
                 self._since = late
                 self._braking.clear()
                 return
@@ -216,10 +216,7 @@ class LastingCreepSearch:
 
     def _shown(self) -> CreepDrag | None:
         """One that was found and is there now."""
-        newest = self._since.newest
-        if newest is None:
-            return None
-        return next((drag for drag in self.lasting.values() if _is_slower(drag, newest)), None)
+        return next((drag for drag in self.lasting.values() if self._since and _is_slower(drag, self._since[-1])), None)
 
 
 def _is_slower(drag: CreepDrag, stretch: Stretch) -> bool:

@@ -1,7 +1,6 @@
 """A way that the wagon has rolled freely, and how its wheelsets turned against each other on it."""
 
 from collections import deque
-from collections.abc import Iterable, Iterator
 from itertools import islice
 from statistics import median
 from typing import NamedTuple, Self
@@ -16,66 +15,43 @@ class Stretch(NamedTuple):
     apart: tuple[float, ...]  # of each wheelset, ln omega less the others' mean
 
 
-class RolledWay:
+class RolledWay(deque[Stretch]):
     """Its stretches, in order; brakings in between are left out."""
-
-    def __init__(self, stretches: Iterable[Stretch] = ()) -> None:
-        self._stretches = deque(stretches)
-
-    def __iter__(self) -> Iterator[Stretch]:
-        return iter(self._stretches)
-
-    def __len__(self) -> int:
-        return len(self._stretches)
-
-    @property
-    def newest(self) -> Stretch | None:
-        """The last stretch, if any."""
-        return self._stretches[-1] if self._stretches else None
 
     @property
     def wheelset_count(self) -> int:
         """It must not be empty."""
-        return len(self._stretches[0].apart)
+        return len(self[0].apart)
 
     @property
     def length_m(self) -> float:
         """Of all of it."""
-        return sum([stretch.length_m for stretch in self._stretches])
+        return sum([stretch.length_m for stretch in self])
 
     def apart(self, i: int) -> list[float]:
         """How far wheelset i turned apart from the others, on each stretch."""
-        return [stretch.apart[i] for stretch in self._stretches]
+        return [stretch.apart[i] for stretch in self]
 
     def others(self, i: int) -> list[float]:
         """How far the others turned apart from each other, medians; empty where there is but one."""
-        others = [stretch.apart[:i] + stretch.apart[i + 1 :] for stretch in self._stretches]
+        others = [stretch.apart[:i] + stretch.apart[i + 1 :] for stretch in self]
         return [median(own) for own in zip(*map(turns_apart, others), strict=True)] if len(others[0]) > 1 else []
 
     def last(self, length_m: float) -> Self:
         """The last stretches that are so long together, where there are as many."""
-        taken, taken_m = deque[Stretch](), 0.0
-        for stretch in reversed(self._stretches):
+        taken, taken_m = type(self)(), 0.0
+        for stretch in reversed(self):
             if taken_m >= length_m:
                 break
             taken.appendleft(stretch)
             taken_m += stretch.length_m
-        return type(self)(taken)
+        return taken
 
     def parted(self, last_m: float) -> tuple[Self, Self]:
         """What lies further back than so far, and the rest."""
-        late, of_this_kind = self.last(last_m), type(self)
-        return of_this_kind(islice(self._stretches, len(self) - len(late))), late
-
-    def add(self, stretches: Iterable[Stretch]) -> None:
-        """Go on with these."""
-        self._stretches.extend(stretches)
+        late = self.last(last_m)
+        return type(self)(islice(self, len(self) - len(late))), late
 
     def shorten(self, most_m: float) -> list[Stretch]:
         """Take away what lies further back than so far."""
-        left = len(self.last(most_m))
-        return [self._stretches.popleft() for _ in range(len(self._stretches) - left)]
-
-    def clear(self) -> None:
-        """Forget all of it."""
-        self._stretches.clear()
+        return [self.popleft() for _ in range(len(self) - len(self.last(most_m)))]
