@@ -51,7 +51,7 @@ class WheelWatch:
         self._mass_kg = vehicle.mass_kg
         self._contact_force_n = contact_force_n
         self._pressed = LastTime()  # any brake did
-        self._demanded_s = -inf
+        self._demanded = LastTime()  # ... or slide protection acted
 
     def judge(self, now: Estimate, measured: Sequence[bool]) -> tuple[WheelState, ...]:
         """What each wheelset does; `measured`: whether its own speed and the vehicle's are good."""
@@ -59,7 +59,7 @@ class WheelWatch:
         told = [wheel for wheel, is_good in zip(self.wheels, measured, strict=True) if is_good]
         self._doubt.see(now.time_s, told, is_free=self._rolls_freely(now))
         is_doubted = self._doubt.is_doubted
-        demanded = now.time_s - self._demanded_s < RELEASED_S
+        demanded = now.time_s - self._demanded.time_s < RELEASED_S
         alike = _slip_alike([own.slip for own, is_good in zip(now.wheelsets, measured, strict=True) if is_good])
         cut_out = _have_cut_out(now, told)
         states = []
@@ -112,14 +112,11 @@ class WheelWatch:
         self._past.note(now, sum(forces_n))
         pressed = max(forces_n) > self._contact_force_n
         self._pressed.see(time_s, pressed)
-        if pressed or now.protection_acts:
-            self._demanded_s = time_s
-        elif self._demanded_s > time_s:
-            self._demanded_s = -inf
+        self._demanded.see(time_s, pressed or now.protection_acts)
 
     def _rolls_freely(self, now: Estimate) -> bool:
         """Whether neither brake nor motor has acted on any wheelset for a while."""
-        acted_s = max(self._pressed.time_s, self._demanded_s, *(wheel.holding.driven_s for wheel in self.wheels))
+        acted_s = max(self._demanded.time_s, *(wheel.holding.driven_s for wheel in self.wheels))
         return now.time_s - acted_s >= RELEASED_S
 
     def _judge_standing(self, wheel: WatchedWheelset, now: Estimate) -> WheelState:

@@ -51,11 +51,11 @@ class InputLost:
         self._lapsed_s: dict[Measurand, float] = {}  # since when each is lost
         self._unsure: set[str] = set()  # what was found, and has not come since; by its name in the DBC
         self._has_come: set[Measurand] = set()
-        self._all_have_come = False
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
-        self._note_what_comes(seen)
+        if len(self._has_come) < len(seen.inputs):
+            self._has_come |= {r.measurand for r in seen.inputs if r.condition not in SILENT}
         heard_s = self._pace.heard_s(seen)
         quiet_since_s = {bus.name: seen.time_s - bus.silent_s for bus in seen.buses if is_quiet(bus)}
         often = self._losses.see(seen, quiet_since_s)
@@ -70,11 +70,6 @@ class InputLost:
     def resume(self, _: int, evidence: Values) -> None:
         """Go on with signals that were lost."""
         self._unsure.update(signal for signal, _ in signals_in(evidence))
-
-    def _note_what_comes(self, seen: Observation) -> None:
-        if not self._all_have_come:
-            self._has_come |= {r.measurand for r in seen.inputs if r.condition not in SILENT}
-            self._all_have_come = len(self._has_come) == len(seen.inputs) > 0
 
     def _judge(
         self,
