@@ -630,7 +630,9 @@ class TestBrakeNotApplied:
         both = play(
             self.rule(), lambda t: (braked(t), 0.0), lambda t: (real_n * (braked(t) > 0.0),) * 2, omega_noise=noise
         )
-        assert any(isinstance(verdict, Finding) for _, verdict in both[215:]) is is_told
+        told = [verdict.message for _, verdict in both[215:] if isinstance(verdict, Finding)]
+        assert bool(told) is is_told
+        assert all("or its sensor says too little" in message for message in told)
 
     def test_where_the_wagon_retards_as_if_none_pressed_it_may_be_the_others_sensors(self) -> None:
         presses, does_not = wheelset(pressing_force_n=FULL_N), wheelset(pressing_force_n=0.0)
@@ -715,18 +717,19 @@ class TestBrakeNotApplied:
         assert {verdict for both in verdicts for verdict in both} == {UNKNOWN}
 
     @pytest.mark.parametrize(
-        ("condition", "force_n", "verdict"),
+        ("quantity", "condition", "force_n", "verdict"),
         [
-            (InputCondition.CONTRADICTED, 0.0, FINE),
-            (InputCondition.CONTRADICTED, FULL_N, UNKNOWN),  # it says that its brake presses, and it does not
-            (InputCondition.FROZEN, 0.0, UNKNOWN),
-            (InputCondition.IMPOSSIBLE, 0.0, UNKNOWN),
+            (Quantity.PRESSING_FORCE, InputCondition.CONTRADICTED, 0.0, FINE),
+            (Quantity.PRESSING_FORCE, InputCondition.CONTRADICTED, FULL_N, UNKNOWN),  # its brake does not press
+            (Quantity.PRESSING_FORCE, InputCondition.FROZEN, 0.0, UNKNOWN),
+            (Quantity.PRESSING_FORCE, InputCondition.IMPOSSIBLE, 0.0, UNKNOWN),
+            (Quantity.AXLE_SPEED, InputCondition.CONTRADICTED, 0.0, UNKNOWN),
         ],
     )
     def test_a_sensor_that_is_told_to_be_the_cause_clears_its_own_brake_and_no_other(
-        self, condition: InputCondition, force_n: float, verdict: Verdict
+        self, quantity: Quantity, condition: InputCondition, force_n: float, verdict: Verdict
     ) -> None:
-        inputs = lost(Quantity.PRESSING_FORCE, condition)
+        inputs = lost(quantity, condition)
         verdicts = play(self.rule(), lambda t: (min(force_n, braked(t)), braked(t)), inputs=inputs)
         assert verdicts[300] == (verdict, UNKNOWN)
 
@@ -919,11 +922,11 @@ class TestDraggingBrake:
         assert all(other is FINE for _, other in verdicts[400:])
 
     def test_one_that_lets_its_wheelset_stand_is_not_fine_before_the_wagon_has_stood(self) -> None:
-        rule, wheelsets = self.rule(3), (wheelset(pressing_force_n=0.0),) * 3
+        rule = self.rule(3)
         rolls, stands = WheelState.ROLLING, WheelState.BLOCKED
 
-        def judged(speed_mps: float, *wheels: WheelState) -> tuple[Verdict, ...]:
-            now = estimate(speed_mps=speed_mps, saturated=False, wheelsets=wheelsets)
+        def judged(speed_mps: float, *wheels: WheelState, force_n: float = 0.0) -> tuple[Verdict, ...]:
+            now = estimate(speed_mps=speed_mps, saturated=False, wheelsets=(wheelset(pressing_force_n=force_n),) * 3)
             return rule.judge(observation(now, wheels=wheels))
 
         found, *others = judged(20.0, stands, rolls, rolls)
@@ -931,6 +934,7 @@ class TestDraggingBrake:
         assert "brake of wheelset 1 does not let it turn" in found.message
         assert found.misled_by is MisledBy.DRAG
         assert others == [UNKNOWN, UNKNOWN]  # while one stands nothing can be said of others
+        assert judged(20.0, stands, rolls, rolls, force_n=FULL_N) == (UNKNOWN,) * 3  # nor of it while brakes are on
         assert judged(20.0, rolls, rolls, rolls) == (UNKNOWN, FINE, FINE)
         rule = self.rule(3)  # the program ends, and goes on
         assert rule.resume(0, found.evidence) is MisledBy.DRAG

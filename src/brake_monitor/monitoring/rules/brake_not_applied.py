@@ -59,9 +59,7 @@ class BrakeNotApplied:
             self._participation.see(now.time_s, seen.forces_n)
         if not seen.all_good:
             return self._judge_beside_wrong_inputs(seen)
-        if count == 1 or now.speed_mps < self.settings.min_speed_mps:
-            return self._all_unknown
-        if max(seen.forces_n) < self._others_n:
+        if now.speed_mps < self.settings.min_speed_mps or max(seen.forces_n) < self._others_n:
             return self._all_unknown
         if min(seen.forces_n) >= self._others_n:
             return (FINE,) * count
@@ -82,8 +80,6 @@ class BrakeNotApplied:
             and report.condition is InputCondition.CONTRADICTED
             and seen.forces_n[report.channel.wheelset] < self._contact_force_n
         ]
-        if not works:
-            return self._all_unknown
         return tuple([FINE if i in works else UNKNOWN for i in range(len(self.wheelsets))])
 
     def _judge(self, i: int, now: Estimate, creep: tuple[Creep, ...] | None) -> Verdict:

@@ -28,7 +28,6 @@ class Participation:
 
     def _forget(self) -> None:
         self.begin_was_seen = False  # all brakes were released before it: what is known of it is all of it
-        self._is_over = self._is_whole = False  # all are released, or all press: more of the same says nothing new
         self.begun_s = inf  # inf: none goes on
         self.took_part = [False] * self._count
         self.eased = [False] * self._count  # which ones pressed less as the last one left its disc, no more since
@@ -42,11 +41,6 @@ class Participation:
             self._forget()
         self._seen_s = time_s
         self._lately.append(forces_n)
-        if self._is_over and max(forces_n) < self._released_n:
-            return
-        if self._is_whole and min(forces_n) >= self._contact_force_n:
-            self.begun_s = min(self.begun_s, time_s)
-            return
         released = [force_n < self._released_n for force_n in forces_n]
         if any(pressed and left for pressed, left in zip(self._presses, released, strict=True)):
             before_n = [max(of_one) for of_one in zip(*self._lately, strict=True)]
@@ -59,13 +53,11 @@ class Participation:
             force_n >= self._contact_force_n or (pressed and not left)
             for force_n, pressed, left in zip(forces_n, self._presses, released, strict=True)
         ]
-        self._is_over = all(released)
-        if self._is_over:
+        if all(released):
             self.begin_was_seen, self.begun_s = True, inf
             self.took_part, self.eased = [False] * len(forces_n), [False] * len(forces_n)
         elif max(forces_n) >= self._contact_force_n:
             self.begun_s = min(self.begun_s, time_s)
-        self._is_whole = all(self._presses)
         self.took_part = [
             took_part or force_n >= self._contact_force_n
             for took_part, force_n in zip(self.took_part, forces_n, strict=True)
