@@ -126,12 +126,15 @@ def after_a_release(
     climbs_until_s: float = END_S,
     speed_errs: float = 0.0,
     speed_errs_anew_s: float = 7.0,
+    slides_at_s: float = END_S,
+    lost_at_s: float = END_S,
 ) -> HiddenDrag | None:
     """What is found last, of three wheelsets on a gradient.
 
     After the release the wagon is retarded by `retards_n` until so long after it, and the first wheelset creeps as
     under `creeps_n`. Before there may be a curve for a while, and the gradient may end. The vehicle's speed may err to
-    and fro in so many seconds, by so much of what the brake makes wheelsets creep.
+    and fro in so many seconds, by so much of what the brake makes wheelsets creep. For a moment a wheelset may slide,
+    or an input may be lost.
     """
     search, drag, climbs_mps2 = HiddenDragSearch(CONTACT_N, LEAST_N), None, 0.05
     release_s = rolls_s + brakes_s
@@ -149,8 +152,8 @@ def after_a_release(
             speed_mps=speed_mps,
         )
         err = speed_errs * brake_n * CREEP_PER_N * sin(2.0 * pi * time_s / speed_errs_anew_s)
-        now = replace(now, speed_mps=now.speed_mps * (1.0 + err))
-        drag = search.see(now, inputs_are_good=True) or drag
+        now = replace(now, speed_mps=now.speed_mps * (1.0 + err), saturated=time_s == slides_at_s)
+        drag = search.see(now, inputs_are_good=time_s != lost_at_s) or drag
     return drag
 
 
@@ -181,6 +184,8 @@ def test_what_is_found_tells_how_the_wagon_rolled_before() -> None:
         ({"retards_n": 1.5e3, "creeps_n": 1.5e3}, True),
         ({"retards_n": 1.1e3, "creeps_n": 1.1e3}, False),  # as good as none
         ({"retards_n": 1.3e3, "creeps_n": 0.9e3}, False),  # tyres and curves make as much creep
+        ({"slides_at_s": 25.0}, False),  # what a wheelset crept under the brake is not what it creeps by a drag ...
+        ({"lost_at_s": 25.0}, False),  # ... nor is it known to be, where it was not measured all the time
         ({"other_creeps_n": 0.75 * DRAG_N}, False),  # a curve, in which the others come apart as well
     ],
 )
