@@ -134,9 +134,9 @@ class HiddenDragSearch:
         self._lately.append(moment)
         while now.time_s - self._lately[0].now.time_s >= BEFORE_S:
             self._lately.popleft()
-        if self.lasting and now.time_s - self._lately[0].now.time_s >= LEAST_AFTER_S:
+        if now.time_s - self._lately[0].now.time_s >= LEAST_AFTER_S:
             self._see_what_lasts(now.mass_kg)
-        if self._braking and rolled_s < LONGEST_AFTER_S:
+        if rolled_s < LONGEST_AFTER_S:
             self._after.append(moment)
             if len(self._after) % BLOCK == 0:
                 self._suspected = self._judged(now.mass_kg)
