@@ -384,6 +384,11 @@ class TestUnevenBraking:
         pads = wheelset_stop(0.25, pressing_force_n=others_n, torque_nm=0.25 * others_n * 0.247)
         assert severities(told(self.rule, stop(light, pads, light, light))) == [None, Severity.WARNING, None, None]
 
+    def test_where_the_others_friction_was_in_doubt_all_along_torque_tells_alone(self) -> None:
+        wet = wheelset_stop(None, torque_nm=0.34 * FULL_N * 0.247)
+        verdicts = told(self.rule, stop(wet, wheelset_stop(0.24), wet, wet))
+        assert severities(verdicts) == [None, Severity.WARNING, None, None]
+
     def test_of_two_either_may_press_as_it_should_not(self) -> None:
         """One that was not released presses more than the other in the next application: that one is sound."""
         weak = wheelset_stop(pressing_force_n=0.4 * FULL_N, torque_nm=0.4 * 0.34 * FULL_N * 0.247)
