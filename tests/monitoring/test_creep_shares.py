@@ -319,7 +319,35 @@ def test_what_may_be_unlike_wheelsets_on_a_soft_contact_is_none_of_the_brake(bea
 
 def test_it_lags_time_and_again_and_not_as_its_force_says() -> None:
     assert lagging(0.0, 60.0, times=3) == 1.0
-    assert lagging(0.0, 60.0, force_n=20e3) == 1.0
+    assert lagging(0.0, 60.0, force_n=30e3) == 1.0
+
+
+@pytest.mark.parametrize(
+    ("bears", "creep_std", "is_told"),
+    [
+        ([0.0] * 6, 2e-5, True),
+        ([0.0] * 6, 2e-3, False),  # wheel speeds in coarse steps
+        ([0.0, 1.0, 0.0, 1.0, 0.0, 0.0], 2e-5, False),  # curves
+        ([0.0] * 20 + [1.0], 2e-5, False),  # it has been mended
+        ([0.7] * 20 + [0.4], 2e-5, False),  # it lags as unlike wheelsets may, and more in a curve
+    ],
+)
+def test_it_lags_for_sure_and_in_the_last_application_as_well(
+    bears: list[float], creep_std: float, is_told: bool
+) -> None:
+    stops = [
+        stop(
+            (share / (3.0 + share) * 4.0, *[4.0 / (3.0 + share)] * 3),
+            0.34,
+            start_s=100.0 * k,
+            creep=1e-3,
+            creep_std=creep_std,
+            creep_err=TOO_SLOW,
+            adhesion=0.06,
+        )
+        for k, share in enumerate(bears)
+    ]
+    assert (frictions(*stops) != [0.34] * 4) is is_told
 
 
 @pytest.mark.parametrize(("creep", "is_told"), [(3.0 * CREEP, False), (0.1 * CREEP, True)])
