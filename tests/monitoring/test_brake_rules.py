@@ -655,6 +655,8 @@ class TestBrakeNotApplied:
         forces = (FULL_N, FULL_N, 0.0)
         silent = play(self.rule(3), lambda _: forces, until_s=5.0, friction=(NOMINAL, NOMINAL, 0.1 * NOMINAL))
         assert found(silent) == [None, None, 0.0]
+        rough = play(self.rule(), lambda t: (braked(t), 0.0), omega_noise=1e-2, friction=(NOMINAL, 3.0 * NOMINAL))
+        assert found(rough) == [None, 20.0]
 
     def test_at_a_crawl_nothing_is_said(self) -> None:
         crawls = play(self.rule(), lambda t: (braked(t), 0.0), speed_mps=1.0)
@@ -690,6 +692,15 @@ class TestBrakeNotApplied:
         acting = play(self.rule(), lambda t: (braked(t), 0.0), wsp=lambda t: (False, 19.0 < t < 41.0))
         assert found(acting) == [None, None]
         assert acting[300] == (UNKNOWN, UNKNOWN)
+
+    def test_nor_is_one_that_slides_and_has_no_flag(self) -> None:
+        """Its slide protection may have released it, and it takes some seconds to fill."""
+        presses, rolls = wheelset(pressing_force_n=FULL_N), wheelset(pressing_force_n=0.0)
+        rule, slides = self.rule(), wheelset(pressing_force_n=0.0, slip=0.1)
+        moments = [(0.0, rolls, rolls), (1.0, presses, slides), (5.9, presses, rolls), (6.1, presses, rolls)]
+        told = [rule.judge(observation(estimate(time_s=t, wheelsets=both)))[1] for t, *both in moments]
+        assert told[:3] == [UNKNOWN] * 3
+        assert isinstance(told[3], Finding)
 
     def test_of_two_the_one_that_was_released_is_not_at_fault(self) -> None:
         """The first brake stays: the second has done its part."""
