@@ -40,6 +40,15 @@ def test_a_pull_that_ends_is_forgotten_at_once() -> None:
     assert found == pytest.approx(BRAKES_MPS2, abs=0.03)
 
 
+def test_while_a_wagon_is_pulled_nothing_shows_what_the_line_takes() -> None:
+    assert by_brakes_mps2((20.0, 0.1, 0.0), (10.0, -0.5, 0.0), (5.0, 0.1, BRAKES_MPS2)) is None
+
+
+def test_a_gradient_that_lies_further_behind_has_no_say() -> None:
+    found = by_brakes_mps2((60.0, 0.1, 0.0), (20.0, 0.16, 0.0), (5.0, 0.16, BRAKES_MPS2))
+    assert found == pytest.approx(BRAKES_MPS2, abs=0.02)
+
+
 @pytest.mark.parametrize(("rolls_s", "is_told"), [(5.0, False), (6.2, True)])
 def test_a_wagon_has_to_roll_for_two_seconds_before_it_shows_what_the_line_takes(rolls_s: float, is_told: bool) -> None:
     """After two in which the brakes come off, and as many as a mean takes."""
