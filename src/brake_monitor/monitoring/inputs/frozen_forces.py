@@ -56,11 +56,11 @@ class FrozenForces:
         self._slid.see(time_s, slides)
         if self.all_are_zero:
             return frozenset()
-        for i, force in self._forces.items():
+        for force in self._forces.values():
             if time_s - self._slid.time_s < SETTLED_S:
                 force.forget_others()
             if force.stands(time_s):
-                sure = {k for k, other in self._forces.items() if k != i and believed[k] and not other.is_frozen}
+                sure = {k for k, other in self._forces.items() if believed[k] and not other.is_frozen}
                 force.judge(time_s, sure, rolls=speed_mps >= SHOWN_FROM_MPS)
         return frozenset([i for i, force in self._forces.items() if force.is_frozen])
 
