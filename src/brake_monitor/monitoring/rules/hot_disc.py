@@ -1,5 +1,7 @@
 """Hot discs: by the heat that the pads made, since no sensor measures the temperature."""
 
+from math import inf
+
 from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -14,7 +16,7 @@ class HotDisc:
     def __init__(self, settings: HotDiscRule, wheelset_count: int) -> None:
         self.settings = settings
         self.wheelsets = tuple(range(1, wheelset_count + 1))
-        self._peaks_c: dict[int, float] = {}  # of discs that are hot, or were
+        self._peaks_c = [-inf] * wheelset_count  # since they were last fine
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
@@ -24,15 +26,14 @@ class HotDisc:
         """Go on with discs that were hot."""
         self._peaks_c[i] = number_in(evidence, "peak_disc_temperature_c")
 
-    def closing_evidence(self, i: int) -> Values:
-        """How hot it became."""
-        return {"peak_disc_temperature_c": self._peaks_c.pop(i)} if i in self._peaks_c else {}
-
     def _judge(self, i: int, temperature_c: float) -> Verdict:
         settings = self.settings
+        if temperature_c < settings.warning_c - settings.clear_margin_k:
+            self._peaks_c[i] = -inf
+            return FINE
         if temperature_c < settings.warning_c:
-            return FINE if temperature_c < settings.warning_c - settings.clear_margin_k else UNKNOWN
-        peak_c = self._peaks_c[i] = max(self._peaks_c.get(i, temperature_c), temperature_c)
+            return UNKNOWN
+        peak_c = self._peaks_c[i] = max(self._peaks_c[i], temperature_c)
         is_alarm = temperature_c >= settings.alarm_c
         limit_c = settings.alarm_c if is_alarm else settings.warning_c
         return Finding(
