@@ -125,7 +125,7 @@ LAYERS = {
         within(
             "bus",
             "candump_log eight_digits candump_blocks text_lines blf_blocks time_order gathering damage mf4 can_message "
-            "log_channels can_log can_link can_socket python_can_bus can_source",
+            "log_channels trc_reader can_log can_link can_socket python_can_bus can_source",
         ),
         "words host settings",
     ),
@@ -187,8 +187,8 @@ LAYERS = {
 
 # Who may touch the world. What is not named here is free to all (numpy, msgspec, most of the standard library).
 CAPABILITIES = {
-    "can": "host.python_can bus.can_message bus.blf_blocks bus.mf4 bus.can_log bus.python_can_bus simulator.live "
-    "simulator.files commands.check commands.demo commands.simulate",
+    "can": "host.python_can bus.can_message bus.blf_blocks bus.mf4 bus.trc_reader bus.can_log bus.python_can_bus "
+    "simulator.live simulator.files commands.check commands.demo commands.simulate",
     "cantools": "decoding.raw_number decoding.signal_field decoding.dbc decoding.matching decoding.routing "
     "simulator.can_encoder",
     "zenoh": "publishing.zenoh_* publishing.publisher desk.fleet_listener dashboard.hearing commands.watch",

@@ -1,5 +1,6 @@
 """Blocks against python-can's reader: every frame must be the same, whatever is in the file."""
 
+import re
 import struct
 import zlib
 from collections.abc import Iterator
@@ -7,6 +8,7 @@ from io import BytesIO
 from itertools import pairwise
 
 import can
+import pytest
 from can.io import blf
 from hypothesis import assume, given
 from hypothesis import settings as hypothesis_settings
@@ -14,7 +16,7 @@ from hypothesis import strategies as st
 
 from brake_monitor.bus.blf_blocks import BlfBlocks
 from brake_monitor.bus.can_message import frame_of
-from brake_monitor.frame import Frame
+from brake_monitor.frame import Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
 
 Seen = tuple[list[Frame], str]
@@ -124,6 +126,11 @@ def has_too_short_an_object(content: bytes) -> bool:
     return any(struct.unpack_from("<L", content, at + 8)[0] < LEAST_OBJECT for at in headers)
 
 
+def has_an_old_error_frame(content: bytes) -> bool:
+    """Of which we tell, and python-can does not."""
+    return re.search(rb"LOBJ.{8}\x02\0\0\0", content, re.DOTALL) is not None
+
+
 def file_of(content: bytes, cuts: list[int], method: int) -> bytes:
     """A file of containers that the content is cut into."""
     places = [0, *sorted(cut % (len(content) + 1) for cut in cuts), len(content)]
@@ -145,7 +152,7 @@ def file_of(content: bytes, cuts: list[int], method: int) -> bytes:
 )
 def test_any_objects(objects: list[bytes], cuts: list[int], method: int) -> None:
     content = b"".join(objects)
-    assume(not has_too_short_an_object(content))
+    assume(not has_too_short_an_object(content) and not has_an_old_error_frame(content))
     file = file_of(content, cuts, method)
     assert by_blocks(file) == as_python_can_reads(file)
 
@@ -160,7 +167,7 @@ def test_damaged_objects(objects: list[bytes], cuts: list[int], changes: list[tu
     content = bytearray(b"".join(objects))
     for place, byte in changes:
         content[place % len(content)] = byte
-    assume(not has_too_short_an_object(bytes(content)))
+    assume(not has_too_short_an_object(bytes(content)) and not has_an_old_error_frame(bytes(content)))
     file = file_of(bytes(content), cuts, 0)
     assert by_blocks(file) == as_python_can_reads(file)
 
@@ -175,3 +182,22 @@ def test_ordinary_objects_are_read_together(padding: bytes, objects: list[bytes]
     assert len(block) == len(objects)
     remote = sum(bool(each[-14] & 0x80) for each in objects)
     assert len(block.odd) == remote
+
+
+@pytest.mark.parametrize("version", [1, 2])
+def test_error_frames_of_the_old_kind_are_told_of(version: int) -> None:
+    """python-can passes over them: CAN_ERROR, of which only the channel is known."""
+
+    def one(kind: int, ms: int, body: bytes) -> bytes:
+        header = struct.pack("<4sHHLL", b"LOBJ", 32, version, {1: 32, 2: 40}[version] + len(body), kind)
+        return header + struct.pack("<LHHQ", 2, 0, 0, ms * 10**6) + bytes({1: 0, 2: 8}[version]) + body
+
+    classic = struct.pack("<HBBL8s", 1, 0, 8, 0x1A0, b"12345678")
+    old_error = struct.pack("<HHL", 2, 6, 0xFFFFFFFF)
+    file = file_of(one(1, 10, classic) + one(2, 20, old_error) + one(1, 30, classic), [], 2)
+    (block,) = items(file)
+    assert isinstance(block, FrameBlock)
+    before, error, after = block
+    assert (error.kind, error.bus, error.can_id, error.data) == (FrameKind.ERROR, "rear", 0, b"")
+    assert error.time_s - before.time_s == pytest.approx(0.01, abs=1e-6)
+    assert [before, after] == as_python_can_reads(file)[0]

@@ -144,6 +144,28 @@ def test_a_text_may_tell_of_more_bytes_than_there_have_to_be(tmp_path: Path, suf
     assert [(frame.kind, len(frame.data)) for frame in frames] == [(FrameKind.REMOTE, 0), (FrameKind.DATA, 8)]
 
 
+TRC_FILES = {  # one of each version, and what is none beside it
+    "1.0": ["1) 1841 0001 2 00 01", "2) 1842 0008 4 ERROR 00 19 08 08", "3) 1843 FFFFFFFF 4 00 00 00 04 BUSLIGHT"],
+    "1.1": ["1) 1841.0 Rx 0001 2 00 01", "2) 1842.0 Error 0008 4 00 19 08 08", "3) 1843.0 Warng FFFFFFFF 1 04"],
+    "1.3": ["1) 1841.0 1 Rx 0001 - 2 00 01", "2) 1842.0 2 Error 0008 - 4 00 19 08 08"],
+    "2.0": ["1 1841.0 DT 0001 Rx 2 00 01", "2 1842.0 ER Rx 5 04 00 02 00 00", "3 1843.0 EV an Error and an ER"],
+    "2.1": ["1 1841.0 DT 1 0001 Rx - 2 00 01", "2 1842.0 ER 2 - Rx - 5 04 00 02 00 00", "3 1843.0 EC 1 - Rx - 2 01 00"],
+}
+TRC_COLUMNS = {"2.0": "N,O,T,I,d,l,D", "2.1": "N,O,T,B,I,d,R,L,D"}
+
+
+@pytest.mark.parametrize("version", TRC_FILES)
+def test_error_frames_of_a_trc_file_are_told_of(tmp_path: Path, version: str) -> None:
+    path = tmp_path / "x.trc"
+    header = [] if version == "1.0" else [f";$FILEVERSION={version}", ";$STARTTIME=43000.5"]
+    header += [f";$COLUMNS={TRC_COLUMNS[version]}"] if version in TRC_COLUMNS else []
+    path.write_text("\n".join([*header, *TRC_FILES[version], ""]))
+    data, error = open_log(path, TWO)
+    assert (data.kind, data.bus, data.data) == (FrameKind.DATA, "front", b"\x00\x01")
+    assert (error.kind, error.bus) == (FrameKind.ERROR, "rear" if version in ("1.3", "2.1") else "front")
+    assert error.time_s - data.time_s == pytest.approx(0.001, abs=1e-6)
+
+
 def test_channels_of_a_candump_log_are_buses_by_channel_or_name(tmp_path: Path) -> None:
     path = tmp_path / "x.log"
     path.write_text("".join(f"(1.0) {channel} 001#00\n" for channel in ("vcan1", "front", "vcan0", "can7", "rear")))

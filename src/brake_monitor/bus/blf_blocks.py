@@ -10,6 +10,9 @@ and after it (8 words in version 1, 10 in version 2) a classic CAN message has
     0 length of the data << 24 | flags << 16 | channel   1 identifier   2, 3 data
 
 Objects of other frames are read by python-can one by one, and so is a whole container with anything unusual in it.
+Error frames of the old kind, which python-can passes over, have only their channel:
+
+    0 length << 16 | channel
 """
 
 import struct
@@ -34,7 +37,8 @@ _HEADER_WORDS = {1: 8, 2: 10}  # by version
 _MESSAGE_WORDS = 4
 
 _CLASSIC = (1, 86)  # CAN_MESSAGE, CAN_MESSAGE2
-_OTHER_FRAMES = (73, 100, 101)  # CAN_ERROR_EXT, CAN_FD_MESSAGE, CAN_FD_MESSAGE_64
+_OLD_ERROR, _ERROR = 2, 73  # CAN_ERROR, CAN_ERROR_EXT
+_OTHER_FRAMES = (_OLD_ERROR, _ERROR, 100, 101)  # CAN_FD_MESSAGE, CAN_FD_MESSAGE_64
 _BEHIND = 320  # python-can may look so far behind the end of an object for its data
 _REMOTE_FLAG = 0x80 << 16
 _EXTENDED_FLAG = 0x80000000
@@ -93,7 +97,7 @@ class BlfBlocks(can.BLFReader):
         header_words = np.where(version == 1, _HEADER_WORDS[1], _HEADER_WORDS[2])
         is_classic = np.isin(kind, _CLASSIC)
         is_usual = ((version == 1) | (version == 2)) & (time_high < _EXACT_HIGH_WORD)
-        is_usual &= length >= 4 * (header_words + np.where(is_classic, _MESSAGE_WORDS, 0))
+        is_usual &= length >= 4 * (header_words + np.where(is_classic, _MESSAGE_WORDS, kind == _OLD_ERROR))
         if not is_usual.all():
             return None
         message = at + header_words
@@ -128,8 +132,15 @@ class BlfBlocks(can.BLFReader):
         return buses, place[channel]
 
     def _one(self, data: bytes, place: int, length: int) -> Frame:
-        """What python-can makes of one object that is a frame."""
-        return self._frame_of(next(super()._parse_data(data[place : place + length + _BEHIND])))
+        """What python-can makes of one object that is a frame; of an old error frame as if it were of the new kind."""
+        one = data[place : place + length + _BEHIND]
+        *_, version, _, kind = _HEADER_BASE.unpack_from(one)
+        if kind == _OLD_ERROR:
+            channel_at = 4 * _HEADER_WORDS[version]
+            kind_at = _HEADER_BASE.size - 4
+            header = one[:kind_at] + _ERROR.to_bytes(4, "little") + one[_HEADER_BASE.size : channel_at]
+            one = header + one[channel_at : channel_at + 2] + bytes(_BEHIND)
+        return self._frame_of(next(super()._parse_data(one)))
 
 
 def _objects(data: bytes) -> tuple[Words32, Ints, Ints] | None:

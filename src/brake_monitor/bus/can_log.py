@@ -36,6 +36,7 @@ from brake_monitor.bus.gathering import in_blocks
 from brake_monitor.bus.log_channels import LogChannels
 from brake_monitor.bus.text_lines import AsRead, CountedLines, asc_lines, csv_lines, trc_lines
 from brake_monitor.bus.time_order import TimeOrder
+from brake_monitor.bus.trc_reader import TrcReader
 from brake_monitor.errors import InputError
 from brake_monitor.frame import CLASSIC_LENGTH, LARGEST_EXTENDED_ID, LATEST_TIME_S, Frame, FrameKind
 from brake_monitor.frame_block import FrameBlock
@@ -46,7 +47,7 @@ from brake_monitor.settings.config import CanBus
 
 _TEXT_READERS: dict[str, tuple[Callable[..., Any], AsRead]] = {
     ".asc": (can.ASCReader, asc_lines),
-    ".trc": (can.TRCReader, trc_lines),
+    ".trc": (TrcReader, trc_lines),
     ".csv": (can.CSVReader, csv_lines),
 }
 _OF_LINES = (".log", *_TEXT_READERS)
