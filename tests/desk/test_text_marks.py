@@ -18,6 +18,11 @@ def test_what_is_no_number_is_a_dash() -> None:
     assert plus_minus(NAN, NAN) == "     – ±    –"
 
 
+def test_so_is_what_no_measurement_can_be() -> None:
+    """In full it would have 309 digits."""
+    assert (number(1e308, 1, 5), number(-1e308, 3), number(1e8, 0)) == ("    –", "–", "100000000")
+
+
 def test_what_rounds_to_nothing_has_no_sign() -> None:
     assert (number(-0.0004, 3), number(-0.0006, 3), plus_minus(-0.0001, 0.0012)) == ("0.000", "-0.001", " 0.000 ±0.001")
 

@@ -12,6 +12,7 @@ SEVERITY_STYLE = {Severity.INFO: "cyan", Severity.WARNING: "black on yellow", Se
 # Of an adhesion: the rail's condition while the wheels use all that there is.
 LEVEL_STYLE = {"extremely_low": "bold red", "very_low": "bold red", "low": "yellow", "normal": "green", None: "cyan"}
 
+BEYOND_MEASURE = 1e9  # no speed, force or time between alarms is more: decades, in seconds
 HIGHEST = 10.0  # no coefficient is more; what comes over a network may be anything
 LOWEST = 0.10  # a scale does not end before
 
@@ -33,8 +34,9 @@ class Moment(NamedTuple):
 
 
 def number(value: float | None, decimals: int, width: int = 0) -> str:
-    """Fixed-point, or a dash when there is no number."""
-    return (f"{value:z.{decimals}f}" if value is not None and isfinite(value) else "–").rjust(width)
+    """Fixed-point, or a dash when there is no number, or none that could be."""
+    is_one = value is not None and abs(value) < BEYOND_MEASURE
+    return (f"{value:z.{decimals}f}" if is_one else "–").rjust(width)
 
 
 def wsp(acts: bool | None) -> str:
