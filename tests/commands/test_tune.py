@@ -425,6 +425,12 @@ def test_a_wrong_truth_is_named(
     assert refused([str(files[0]), "--truth", str(truth)], capsys).startswith(sentence.format(truth))
 
 
+def test_a_truth_may_end_with_an_empty_line(tmp_path: Path) -> None:
+    truth = tmp_path / "truth.csv"
+    truth.write_text(HEADER + "1,0.1,0.3,0.3\n2,0.2,0.3,0.3\n\n")
+    assert read_truth(truth, 2).adhesion.tolist() == [0.1, 0.2]
+
+
 def test_a_device_without_end_is_no_truth() -> None:
     with pytest.raises(InputError, match=r"^/dev/zero:1: expected a truth as CSV, this line has more"):
         read_truth(Path("/dev/zero"), 2)

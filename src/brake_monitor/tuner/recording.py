@@ -67,7 +67,7 @@ def read_truth(path: Path, wheelset_count: int) -> Truth:
             header = next(reader, [])
             places = _places(path, header, wheelset_count)
             rows: list[list[float]] = []
-            for row in reader:
+            for row in filter(None, reader):  # without empty lines, with which some programs end a file
                 if len(row) > len(header):
                     sentence = f"expected {plural(len(header), 'cell')}, as the header has, got {len(row)}"
                     raise InputError(f"{path}:{reader.line_num}: {sentence}; is there a decimal comma?")
