@@ -3,6 +3,7 @@
 import socket
 import subprocess
 import sys
+import time
 from argparse import ArgumentTypeError
 from collections.abc import Iterator
 from contextlib import ExitStack, closing
@@ -13,7 +14,7 @@ from typing import NamedTuple
 import pytest
 
 from brake_monitor.commands.dashboard import address
-from brake_monitor.dashboard.server import page_files
+from brake_monitor.dashboard.server import IDLE_S, MOST_CONNECTIONS, page_files
 from brake_monitor.dashboard.visitors import is_known_host
 from depot import Dashboard, Depot
 from live import UPGRADE, first_words
@@ -130,6 +131,25 @@ def test_a_browser_that_talks_is_left(port: int) -> None:
         browser.sendall(b"\x81\x85\x00\x00\x00\x00hello")
         while browser.recv(65536):
             pass
+
+
+def test_connections_beyond_the_most_are_closed_and_those_before_serve_on() -> None:
+    """Each takes a file descriptor: without an end to them nothing else could be opened, no router either."""
+    with Dashboard("--listen", "127.0.0.1:0") as dashboard, ExitStack() as stack:
+
+        def connected() -> socket.socket:
+            return stack.enter_context(socket.create_connection(("127.0.0.1", dashboard.port), timeout=PATIENCE_S))
+
+        def asks(browser: socket.socket) -> bytes:
+            browser.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{dashboard.port}\r\n\r\n".encode())
+            return browser.recv(12)
+
+        first, *_, last = [connected() for _ in range(MOST_CONNECTIONS)]
+        assert asks(last) == b"HTTP/1.1 200"  # those before it are counted by then
+        asked = time.monotonic()
+        assert connected().recv(1) == b""
+        assert time.monotonic() - asked < IDLE_S / 2  # not since nothing was asked
+        assert asks(first) == b"HTTP/1.1 200"
 
 
 def test_it_ends_when_told_and_says_what_is_wrong_in_a_sentence() -> None:

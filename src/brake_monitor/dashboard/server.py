@@ -3,7 +3,7 @@
 import asyncio
 import time
 from collections.abc import AsyncIterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import asynccontextmanager, closing, suppress
 from importlib.resources import files
 from os import strerror
 from pathlib import Path
@@ -18,6 +18,8 @@ from brake_monitor.errors import WorkError
 
 PUSH_S = {"wagon": 0.1, "fleet": 0.2}
 MOST_BROWSERS = 50
+MOST_CONNECTIONS = 8 * MOST_BROWSERS  # a browser opens up to six for the files of a page, beside its live one
+IDLE_S = 15.0  # a connection on which nothing is asked for longer is closed
 HEARTBEAT_S = 5.0  # a browser that does not answer for longer is gone
 LARGEST_QUESTION = 1024  # bytes of what a browser sends; it has nothing to say
 
@@ -37,6 +39,29 @@ def page_files() -> dict[str, tuple[bytes, str]]:
     return found
 
 
+async def _listening(server: web.Server, host: str, port: int) -> asyncio.Server:
+    """Accept connections, as many as there may be. WorkError when the address is taken or not ours."""
+
+    def accepted() -> asyncio.Protocol:
+        return server() if len(server.connections) < MOST_CONNECTIONS else _Refused()
+
+    try:
+        return await asyncio.get_running_loop().create_server(accepted, host, port)
+    except OSError as error:
+        # asyncio's own words for an address that is taken are long-winded; an unknown name has no errno.
+        number = error.errno or 0
+        reason = strerror(number) if number > 0 else error.strerror or error
+        raise WorkError(f"--listen {host}:{port}: {reason}") from None
+
+
+class _Refused(asyncio.Protocol):
+    """A connection that is one too many."""
+
+    def connection_made(self, transport: asyncio.BaseTransport) -> None:
+        """Close it at once."""
+        transport.close()
+
+
 class Server:
     """The web server of one fleet."""
 
@@ -54,18 +79,12 @@ class Server:
         application.router.add_get("/live", self._live)
         for path in self._pages:
             application.router.add_get(path, self._page)
-        runner = web.AppRunner(application, access_log=None, shutdown_timeout=0.5)
+        runner = web.AppRunner(application, access_log=None, shutdown_timeout=0.5, keepalive_timeout=IDLE_S)
         await runner.setup()
         try:
-            site = web.TCPSite(runner, host, port)
-            try:
-                await site.start()
-            except OSError as error:
-                # asyncio's own words for an address that is taken are long-winded; an unknown name has no errno.
-                number = error.errno or 0
-                reason = strerror(number) if number > 0 else error.strerror or error
-                raise WorkError(f"--listen {host}:{port}: {reason}") from None
-            yield runner.addresses[0][1]
+            assert runner.server is not None
+            with closing(await _listening(runner.server, host, port)) as listening:
+                yield listening.sockets[0].getsockname()[1]
         finally:
             await runner.cleanup()
 
