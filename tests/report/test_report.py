@@ -187,6 +187,15 @@ def test_what_is_wrong_with_the_data_is_told(tmp_path: Path) -> None:
     assert said in " ".join(summary(recording))
 
 
+def test_data_that_are_remarked_on_are_not_without_fault(tmp_path: Path) -> None:
+    lines = gzip.decompress(GOLDEN.read_bytes()).decode().splitlines(keepends=True)
+    log = tmp_path / "twice.log"
+    log.write_text("".join(lines * 2))
+    recording = played(log)
+    assert any("time goes back once" in remark for remark in recording.remarks)
+    assert " ".join(summary(recording)).endswith("valid; of the data see the remarks.")
+
+
 @pytest.mark.parametrize(
     ("trouble", "said"),
     [

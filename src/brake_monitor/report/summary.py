@@ -170,7 +170,9 @@ def _quality(recording: Recording) -> str:
     faults += _told_by_alarms(recording, faults)
     every = count(sum(recording.statuses.values()), "estimate")
     first = f"{number(_valid_share(recording) * 100, 1)} % of {every} are valid"
-    return f"{first}; the data are without fault." if not faults else f"{first}. In the data: {'; '.join(faults)}."
+    if faults:
+        return f"{first}. In the data: {'; '.join(faults)}."
+    return f"{first}; {'of the data see the remarks' if recording.remarks else 'the data are without fault'}."
 
 
 def _told_by_alarms(recording: Recording, faults: list[str]) -> list[str]:
