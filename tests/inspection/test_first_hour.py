@@ -79,6 +79,14 @@ def test_how_fast_something_changes() -> None:
     assert change_per_s(lambda at_s: at_s**2, times_s) == pytest.approx([2.0, 6.0])
 
 
+def test_what_a_clock_says_that_is_set_ahead_by_years_is_not_of_the_first_hour() -> None:
+    """Nor is there room in memory for a grid over years."""
+    times_s = np.array([0.0, 1.0, 3e8, 3e8 + 1.0])
+    kept = of_readings([speed_channel(0.02)], times_s, times_s).readings(Quantity.SPEED)
+    assert kept is not None
+    assert list(kept.times_s) == [0.0, 1.0]
+
+
 def test_only_the_first_hour_is_kept() -> None:
     channels = [speed_channel(0.02)]
     parts = [np.arange(begin_s, begin_s + 10.0) for begin_s in (50.0, 3500.0, 3700.0, 7000.0)]

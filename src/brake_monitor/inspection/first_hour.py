@@ -67,8 +67,9 @@ class FirstHour:
             return
         for measurand, times_s in self._times_s.items():
             _, time_s, value = samples.good(*measurand)
-            times_s.frombytes((time_s - self._delay_s[measurand]).tobytes())
-            self._values[measurand].frombytes(value.tobytes())
+            kept = time_s - self._begun_s <= LONGEST_S  # a clock that is set ahead leaves it amid a block
+            times_s.frombytes((time_s[kept] - self._delay_s[measurand]).tobytes())
+            self._values[measurand].frombytes(value[kept].tobytes())
 
     def readings(self, quantity: Quantity, wheelset: int = 0) -> Readings | None:
         """None when there are not two, or the clock was set."""
