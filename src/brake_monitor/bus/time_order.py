@@ -5,6 +5,7 @@ from math import inf
 
 import numpy as np
 
+from brake_monitor.digits import significant
 from brake_monitor.frame import MOST_LATE_S, YEAR_S
 from brake_monitor.frame_block import FrameBlock
 
@@ -56,8 +57,8 @@ class TimeOrder:
         if self._count:
             hint = "" if self._count == 1 else "; sort the frames by time if it is not the clock that was set"
             yield (
-                f"time goes back {_times(self._count)}, by up to {self._greatest_s:.3g} s, and the estimate starts "
-                f"anew{hint}"
+                f"time goes back {_times(self._count)}, by up to {significant(self._greatest_s, 3)} s, and the "
+                f"estimate starts anew{hint}"
             )
         if self._ahead_count:
             yield (
