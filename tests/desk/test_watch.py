@@ -189,6 +189,11 @@ def test_hardly_any_room_is_no_failure(wagons: int) -> None:
             drawn(fleet(wagons), width=width, height=height)
 
 
+@pytest.mark.parametrize(("width", "told"), [(80, "last 56 s"), (200, "last 120 s")])
+def test_a_wide_terminal_does_not_tell_of_more_time_than_is_remembered(width: int, told: str) -> None:
+    assert told in drawn(fleet(1), width=width)
+
+
 @pytest.mark.parametrize("width", [60, 100])
 def test_what_an_alarm_says_is_wrapped_where_lines_are_free(width: int) -> None:
     text = drawn(alarmed(2), width=width)

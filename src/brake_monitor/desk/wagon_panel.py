@@ -23,7 +23,7 @@ from brake_monitor.desk.text_marks import (
     sparkline,
     wsp,
 )
-from brake_monitor.desk.watched import BIN_S, Wagon, moment_of
+from brake_monitor.desk.watched import BIN_S, HISTORY, Wagon, moment_of
 from brake_monitor.desk.watched_lines import alarm_name, last_said, life, value_of
 from brake_monitor.plural import plural
 from brake_monitor.publishing.payloads import AdhesionMessage, AlarmMessage, FrictionMessage, WearMessage
@@ -96,6 +96,7 @@ def _append_adhesion(text: Text, wagon: Wagon, message: AdhesionMessage, width: 
     meaning = "the rail gives no more" if message.saturated else "in use; the rail may give more"
     text.append(f"\nadhesion  {plus_minus(message.adhesion, message.adhesion_std)}  {meaning}\n", style=rail)
     text.append(f"          {band(now.adhesion, std, top, room)}", style=rail).append(f" 0–{top:.2f}\n", style="dim")
+    room = min(room, HISTORY)
     shown = list(wagon.history)[-room:]
     text.append(f"{f'last {room * BIN_S:.0f} s':10}" + " " * (room - len(shown)), style=style(""))
     for moment in shown:
