@@ -9,6 +9,7 @@ import re
 import shutil
 import zlib
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import msgspec
@@ -330,6 +331,19 @@ def test_of_too_many_rows_every_peak_stays(rows: int, most: int, random: Any) ->
     for k, row in enumerate(values):  # wherever one looks, the picture reaches as far
         near = thin[np.abs(thin[:, 0] - k) <= width]
         assert near[:, 1].min() <= row[1] <= near[:, 1].max()
+
+
+def test_over_days_what_stays_of_the_rows_is_no_row_of_gaps() -> None:
+    """The page draws a gap where rows are three periods apart."""
+    recording = Recording(load_settings(CONFIG))
+    begin = estimate(time_s=0.0)
+    recording.curves.take(begin, lambda *_: True)
+    rows = np.repeat(recording.curves.table(), 100_000, axis=0)
+    rows[:, 0] = np.arange(100_000) * 4.0
+    recording.curves = SimpleNamespace(table=lambda: rows, columns=recording.curves.columns)  # type: ignore[assignment]
+    data = data_of(page(recording, "x.log", ""))
+    apart_s = np.diff(unpacked(data["columns"]["time_s"]))
+    assert apart_s.max() < 3.0 * data["period_s"]
 
 
 def test_of_too_many_rows_what_the_rail_gave_is_not_mistaken_for_what_was_used_besides() -> None:

@@ -88,6 +88,8 @@ def _data(recording: Recording) -> str:
     """Everything that the figures show; each column scaled to 16 bits and packed, so that an hour is a small file."""
     settings, begun_s = recording.settings, recording.begun_s
     columns = recording.curves.columns(to_draw(recording.curves.table()))
+    usual_s = 1.0 / settings.output.rate_hz if settings.output.rate_hz else 0.1
+    drawn_s = float(np.median(np.diff(columns["time_s"]))) if len(columns["time_s"]) > 1 else 0.0  # of days it is more
     data: dict[str, Any] = {
         "columns": {
             "time_s": _packed(columns["time_s"] - begun_s, exact=True),
@@ -101,7 +103,7 @@ def _data(recording: Recording) -> str:
         "levels": settings.alarms.low_adhesion.levels,
         "friction_nominal": settings.estimator.friction_nominal,
         "radii_m": settings.vehicle.wheel_radius_m,
-        "period_s": 1.0 / settings.output.rate_hz if settings.output.rate_hz else 0.1,
+        "period_s": max(usual_s, drawn_s),
     }
     return msgspec.json.encode(data).decode().replace("<", "\\u003c")
 
