@@ -95,6 +95,27 @@ def test_what_is_published_is_what_is_shown(depot: Depot, open_page: Open) -> No
     until(lambda: pixels(page, "Adhesion", "alarm") > 20)
 
 
+# Goes to the fleet; how many pixels of the first wagon's sparkline are drawn once its line is there.
+FIRST_SPARKS = """() => new Promise((resolve) => {
+  const look = () => {
+    const canvas = document.querySelector("tbody canvas");
+    if (!canvas) return requestAnimationFrame(look);
+    const { data } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+    resolve(data.filter((value, k) => k % 4 === 3 && value > 0).length);
+  };
+  location.hash = "#/";
+  look();
+})"""
+
+
+def test_a_wagons_last_minutes_are_drawn_as_soon_as_its_line_is_there(depot: Depot, open_page: Open) -> None:
+    depot.wagon("wagon-1", estimate=SAILING)
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-1")
+    shown(page, "in use; the rail may give more")
+    assert page.evaluate(FIRST_SPARKS) > 0
+
+
 def test_the_ladder_stays_where_it_is_whatever_is_said_of_the_rail(depot: Depot, open_page: Open) -> None:
     wagon = depot.wagon("wagon-1")
     depot.dashboard()

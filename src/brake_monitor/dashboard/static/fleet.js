@@ -139,7 +139,7 @@ class Row {
   }
 
   spark() {
-    if (!this.values || !this.root.isConnected) return;
+    if (!this.values) return;
     const pen = this.canvas.getContext("2d");
     const [width, height] = [this.canvas.width, this.canvas.height];
     const up = (value) => height - 1.5 - (Math.min(value, SPARK_TOP) / SPARK_TOP) * (height - 4);
