@@ -41,3 +41,15 @@ def test_its_figures_are_drawn_and_can_be_zoomed(tmp_path: Path, open_page: Call
     until(lambda: page.evaluate(AXIS) != whole)
     page.set_viewport_size({"width": 360, "height": 740})
     until(lambda: page.evaluate("document.documentElement.scrollWidth") <= 360)
+
+
+def test_what_was_never_scrolled_to_is_printed_as_well(tmp_path: Path, open_page: Callable[..., Any]) -> None:
+    report, log = tmp_path / "dry.html", tmp_path / "dry.log"
+    assert main(["simulate", "dry", "--vehicle", "rig", "-o", str(log)]) == 0
+    assert main(["report", "-c", str(example_config("rig")), str(log), "-o", str(report)]) == 0
+    page = open_page(report.as_uri(), viewport={"width": 1200, "height": 500})
+    page.locator("html[data-drawn=true]").wait_for()
+    last = """() => [...document.querySelectorAll("#curves canvas")].at(-1).toDataURL()"""
+    unseen = page.evaluate(last)
+    page.pdf()
+    assert page.evaluate(last) != unseen

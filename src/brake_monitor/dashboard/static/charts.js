@@ -122,10 +122,7 @@ export class TimeChart extends Chart {
     this.root = element("section", { class: spec.bare ? "chart" : "chart panel" },
       element("header", {}, element("h2", {}, spec.title, " ", element("span", { class: "unit" }, spec.unit)), element("ul", { class: "legend" }, ...keys)),
       this.plot);
-    this.watcher = new IntersectionObserver(([entry]) => {
-      this.isSeen = entry.isIntersecting;
-      if (this.isSeen && this.view) this.show(this.view);
-    }, { rootMargin: "60px" });
+    this.watcher = new IntersectionObserver(([entry]) => this.see(entry.isIntersecting), { rootMargin: "60px" });
     this.watcher.observe(this.plot);
   }
 
@@ -167,6 +164,12 @@ export class TimeChart extends Chart {
     const { spec, view } = this;
     if (!view) return [[], ...(spec.bands ?? []).flatMap(() => [[], []]), ...spec.series.map(() => [])];
     return [view.time_s, ...(spec.bands ?? []).flatMap((band) => [band.high(view), band.low(view)]), ...spec.series.map((one) => one.of(view))];
+  }
+
+  // Whether anybody sees it: else it is not drawn.
+  see(isSeen) {
+    this.isSeen = isSeen;
+    if (isSeen && this.view) this.show(this.view);
   }
 
   show(view) {

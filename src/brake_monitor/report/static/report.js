@@ -59,6 +59,7 @@ for (const button of document.querySelectorAll("button[data-from]")) {
   };
 }
 matchMedia("(prefers-color-scheme: dark)").addEventListener("change", draw);
+addEventListener("beforeprint", () => charts.forEach((chart) => chart.see(true)));
 addEventListener("resize", () => [...charts, overSlip].forEach((chart) => chart.fit()));
 draw();
 showAll();
