@@ -9,7 +9,7 @@ import pytest
 
 from brake_monitor.dashboard.fleet import LARGEST_ANSWER, MOST_WAGONS, Fleet
 from brake_monitor.dashboard.server import PUSH_S
-from brake_monitor.dashboard.views import Viewer
+from brake_monitor.dashboard.views import MOST_LISTED, Viewer
 from brake_monitor.desk.foreign_message import LARGEST_PAYLOAD
 from brake_monitor.desk.watched import FROZEN_S, LONGEST_NAME
 from brake_monitor.monitoring.alarm import Severity
@@ -45,12 +45,20 @@ def news(viewer: Viewer) -> dict[str, Any]:
 def test_the_overview_has_a_line_for_every_wagon() -> None:
     fleet = fleet_of("b", "a")
     hear(fleet, "b/alarm/hot_disc/2", AlarmMessage.of(alarm(kind="hot_disc", wheelset=2), 1, 0.0))
-    first, second = news(Viewer(fleet, None))["wagons"]
+    second, first = news(Viewer(fleet, None))["wagons"]
     assert (first["id"], first["state"], first["speed_mps"], first["adhesion"]) == ("a", "live", 18.0, 0.08)
     assert first["worst"] is None
     assert first["level"] == "low"  # saturated at 0.08
     assert second["alarms"] == {"info": 0, "warning": 0, "alarm": 1}
     assert second["worst"] == {"kind": "hot_disc", "wheelset": 2, "severity": "alarm", "acknowledged": False}
+
+
+def test_of_more_wagons_than_are_listed_one_with_an_alarm_is_not_left_out() -> None:
+    fleet = fleet_of(*(f"a{k:04}" for k in range(MOST_LISTED)), "z")
+    assert "z" not in {line["id"] for line in news(Viewer(fleet, None))["wagons"]}
+    hear(fleet, "z/alarm/hot_disc/2", AlarmMessage.of(alarm(kind="hot_disc", wheelset=2), 1, 0.0))
+    told = news(Viewer(fleet, None))
+    assert (told["wagons"][0]["id"], len(told["wagons"]), told["more"]) == ("z", MOST_LISTED, 1)
 
 
 def test_whether_anybody_ever_answered_is_told() -> None:

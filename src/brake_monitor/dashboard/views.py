@@ -12,7 +12,7 @@ from brake_monitor.publishing.payloads import AlarmMessage
 
 SPARKS_EVERY = 10  # pushes
 SPARK_DECIMALS = 3
-MOST_LISTED = 400  # wagons in the overview
+MOST_LISTED = 400  # wagons in the overview, the most urgent ones
 
 _encode = msgspec.json.Encoder().encode
 
@@ -53,7 +53,7 @@ class Viewer:
         return _encode(message)
 
     def _overview(self, now_s: float) -> dict[str, Any]:
-        wagons = [self._fleet.watched.wagons[name] for name in sorted(self._fleet.watched.wagons)]
+        wagons = sorted(self._fleet.watched.wagons.values(), key=lambda wagon: wagon.urgency(now_s))
         sparks = self._turn % SPARKS_EVERY == 0
         return {
             "view": "fleet",

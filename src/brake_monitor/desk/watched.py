@@ -48,6 +48,11 @@ class Wagon:
         still = [alarm for alarm in self.alarms.values() if alarm.state == "open"]
         return sorted(still, key=lambda alarm: (-alarm.severity.rank, -alarm.raised_time_s))
 
+    def urgency(self, now_s: float) -> tuple[int, bool, str]:
+        """By which a fleet is sorted: the gravest alarms first, then what is not live, then by name."""
+        still = self.open_alarms()
+        return (-still[0].severity.rank if still else 1, self.is_live(now_s), self.name)
+
     def past_alarms(self) -> list[AlarmMessage]:
         """Cleared ones, the newest first."""
         cleared = [alarm for alarm in self.alarms.values() if alarm.state == "cleared"]

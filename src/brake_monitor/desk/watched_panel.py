@@ -30,14 +30,9 @@ def panel(watched: Watched, now_s: float, width: int, height: int, only: str | N
 
 def _fleet(wagons: Sequence[Wagon], now_s: float, width: int, height: int) -> RenderableType:
     """One line each: the most urgent first, as many as fit."""
-
-    def urgency(wagon: Wagon) -> tuple[int, bool, str]:
-        still = wagon.open_alarms()
-        return (-still[0].severity.rank if still else 1, wagon.is_live(now_s), wagon.name)
-
     room = max(width - 60, 8)
     text = Text(f"{'wagon':14} {'':9} {'km/h':>6} {'adhesion':>14} {'last':{room}} alarms\n", style="dim", no_wrap=True)
-    for wagon in sorted(wagons, key=urgency)[: max(height, 1)]:
+    for wagon in sorted(wagons, key=lambda wagon: wagon.urgency(now_s))[: max(height, 1)]:
         dim = "" if wagon.is_live(now_s) else "dim"
         message = wagon.adhesion
         text.append(f"{wagon.name[:14]:14} ", style=dim or "bold")
