@@ -12,6 +12,7 @@ import subprocess
 import sys
 import termios
 from io import StringIO
+from math import isfinite
 from typing import Any
 
 import pytest
@@ -187,6 +188,20 @@ def test_hardly_any_room_is_no_failure(wagons: int) -> None:
     for width in range(2, 45):
         for height in (1, 5, 24):
             drawn(fleet(wagons), width=width, height=height)
+
+
+def test_an_estimate_that_says_that_it_is_invalid_is_a_gap_and_says_nothing_of_the_rail() -> None:
+    """As in the curves of the dashboard. What it has for a value may be anything."""
+    watched = fleet(1)
+    (wagon,) = watched.wagons.values()
+    assert wagon.level == "low"
+    told = estimate(time_s=1700000001.0, status=Status.INVALID, adhesion=0.01, saturated=True)
+    hear(watched, f"{wagon.name}/adhesion", AdhesionMessage.of(told, 2, 0.0), now_s=101.0)
+    assert wagon.level is None
+    assert [moment and isfinite(moment.adhesion) for moment in wagon.history] == [True, False]
+    again = AdhesionMessage.of(estimate(time_s=1700000001.1, saturated=True), 3, 0.0)
+    hear(watched, f"{wagon.name}/adhesion", again, now_s=101.1)  # within the same second
+    assert [moment and isfinite(moment.adhesion) for moment in wagon.history] == [True, True]
 
 
 @pytest.mark.parametrize(("width", "told"), [(80, "last 56 s"), (200, "last 120 s")])

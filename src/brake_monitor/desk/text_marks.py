@@ -28,7 +28,7 @@ class Moment(NamedTuple):
 
     def beside(self, before: "Moment | None") -> "Moment":
         """What to show of a bin in which this comes after that."""
-        if before is None or not before.saturated:
+        if before is None or not before.saturated or not isfinite(before.adhesion):
             return self
         return min(before, self) if self.saturated else before
 

@@ -6,7 +6,7 @@ from typing import Any
 
 from brake_monitor.desk.foreign_message import decoded, is_sound, kind_of
 from brake_monitor.desk.text_marks import Moment
-from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.estimate import SLOWEST_MPS, Status
 from brake_monitor.publishing.payloads import (
     AdhesionMessage,
     AlarmMessage,
@@ -148,8 +148,10 @@ class Wagon:
 
 
 def moment_of(message: AdhesionMessage) -> Moment:
-    """What the sparkline shows of it."""
-    return Moment(nan if message.adhesion is None else message.adhesion, message.saturated)
+    """What the sparkline shows of it: a gap where the estimate says of itself that it is invalid."""
+    if message.adhesion is None or message.status is Status.INVALID:
+        return Moment(nan, message.saturated)
+    return Moment(message.adhesion, message.saturated)
 
 
 def _is_later(message: AlarmMessage, known: AlarmMessage) -> bool:
