@@ -194,7 +194,7 @@ def test_data_that_are_remarked_on_are_not_without_fault(tmp_path: Path) -> None
     log.write_text("".join(lines * 2))
     recording = played(log)
     assert any("time goes back once" in remark for remark in recording.remarks)
-    assert " ".join(summary(recording)).endswith("valid; of the data see the remarks.")
+    assert " ".join(summary(recording)).endswith("valid; see the remarks on the data.")
 
 
 @pytest.mark.parametrize(

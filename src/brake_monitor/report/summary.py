@@ -172,7 +172,7 @@ def _quality(recording: Recording) -> str:
     first = f"{number(_valid_share(recording) * 100, 1)} % of {every} are valid"
     if faults:
         return f"{first}. In the data: {'; '.join(faults)}."
-    return f"{first}; {'of the data see the remarks' if recording.remarks else 'the data are without fault'}."
+    return f"{first}; {'see the remarks on the data' if recording.remarks else 'the data are without fault'}."
 
 
 def _told_by_alarms(recording: Recording, faults: list[str]) -> list[str]:
