@@ -3,10 +3,9 @@
 import socket
 import subprocess
 import sys
-import time
 from argparse import ArgumentTypeError
 from collections.abc import Iterator
-from contextlib import ExitStack, closing
+from contextlib import ExitStack, closing, suppress
 from email.message import Message
 from http.client import HTTPConnection
 from typing import NamedTuple
@@ -14,7 +13,7 @@ from typing import NamedTuple
 import pytest
 
 from brake_monitor.commands.dashboard import address
-from brake_monitor.dashboard.server import IDLE_S, MOST_CONNECTIONS, page_files
+from brake_monitor.dashboard.server import MOST_CONNECTIONS, page_files
 from brake_monitor.dashboard.visitors import is_known_host
 from depot import Dashboard, Depot
 from live import UPGRADE, first_words
@@ -141,14 +140,14 @@ def test_connections_beyond_the_most_are_closed_and_those_before_serve_on() -> N
             return stack.enter_context(socket.create_connection(("127.0.0.1", dashboard.port), timeout=PATIENCE_S))
 
         def asks(browser: socket.socket) -> bytes:
-            browser.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{dashboard.port}\r\n\r\n".encode())
-            return browser.recv(12)
+            with suppress(ConnectionResetError, BrokenPipeError):  # it was closed before
+                browser.sendall(f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{dashboard.port}\r\n\r\n".encode())
+                return browser.recv(12)
+            return b""
 
         first, *_, last = [connected() for _ in range(MOST_CONNECTIONS)]
         assert asks(last) == b"HTTP/1.1 200"  # those before it are counted by then
-        asked = time.monotonic()
-        assert connected().recv(1) == b""
-        assert time.monotonic() - asked < IDLE_S / 2  # not since nothing was asked
+        assert asks(connected()) == b""
         assert asks(first) == b"HTTP/1.1 200"
 
 
