@@ -467,6 +467,18 @@ def test_what_is_left_of_pads_does_not_pretend_to_be_known_to_the_stop(depot: De
     assert rounded == ["83 000", "20 000", "9 900", "100", "12", "7"]
 
 
+@pytest.mark.parametrize(("margin_mm", "near"), [(27.4, 0), (27.6, 2)])
+def test_pads_are_near_their_limit_where_the_wagon_says_so(
+    depot: Depot, open_page: Open, margin_mm: float, near: int
+) -> None:
+    wagon = depot.wagon("wagon-1", pad_margin_mm=margin_mm)
+    wagon.says(wear=True)  # which leaves 27.5 mm
+    depot.dashboard()
+    page = open_page(f"{depot.address}#/wagon/wagon-1")
+    shown(page, "27.5 mm")
+    until(lambda: page.locator(".wear .fill.near").count() == near)
+
+
 def test_evidence_is_written_as_the_report_writes_it(depot: Depot, open_page: Open) -> None:
     evidence = {
         "energy_j": 3789373.0, "torque_nm": -2841.3, "pressing_force_n": 120.4, "torque_apart": -0.406, "creep": 0.0004,

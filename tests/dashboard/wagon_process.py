@@ -1,6 +1,7 @@
 """A wagon as a process of its own: a real publisher that publishes what it is told, ten times a second.
 
 python wagon_process.py ENDPOINT NAME ENCODING      begins with the first line that it is told; each is a JSON object:
+{"pad_margin_mm": …}                         in the first line: as the wagon is configured
 {"estimate": {…}, "wheelsets": [{…}, …]}     what is published from now on
 {"alarm": {…}}                               an alarm as it stands now
 {"wear": true}                               the state of the pads, or with {…} what of their use is different
@@ -37,6 +38,9 @@ PERIOD_S = 0.1
 def main(endpoint: str, name: str, encoding: Any) -> None:
     settings = example_settings("wagon")
     now: dict[str, Any] = {"estimate": {}, "wheelsets": [{}, {}]} | json.loads(sys.stdin.readline())
+    if "pad_margin_mm" in now:
+        near = replace(settings.alarms.pad_near_limit, margin_mm=now["pad_margin_mm"])
+        settings = replace(settings, alarms=replace(settings.alarms, pad_near_limit=near))
     publisher = Publisher(
         ZenohSettings(connect=(endpoint,), listen=(), encoding=encoding), name, about=about(settings, time.time())
     )

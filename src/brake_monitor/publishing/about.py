@@ -43,6 +43,7 @@ def about(settings: Settings, time_s: float) -> MetaMessage:
         friction_nominal=settings.estimator.friction_nominal,
         new_pad_thickness_mm=settings.wear.new_pad_thickness_mm,
         pad_limit_mm=settings.wear.pad_limit_mm,
+        pad_margin_mm=settings.alarms.pad_near_limit.margin_mm,
     )
 
 

@@ -344,6 +344,7 @@ class MetaMessage(Struct, frozen=True):
     friction_nominal: Number = None
     new_pad_thickness_mm: Number = None
     pad_limit_mm: Number = None
+    pad_margin_mm: Number = None  # pads so close to their limit are `pad_near_limit`
 
 
 class AcknowledgeRequest(Struct, frozen=True, forbid_unknown_fields=True):

@@ -69,7 +69,7 @@ function first(alarm, time, more) {
 
 const NEW_PAD_MM = 35;
 const LIMIT_MM = 5;
-const NEAR_MM = 3;
+const MARGIN_MM = 3;
 
 export class Pads extends Card {
   constructor() {
@@ -80,15 +80,16 @@ export class Pads extends Card {
     if (!wear.length) return [element("p", { class: "muted" }, "Nothing told yet; it comes after a brake application.")];
     const full_mm = meta?.new_pad_thickness_mm ?? NEW_PAD_MM;
     const limit_mm = meta?.pad_limit_mm ?? LIMIT_MM;
-    return [...wear.map((own) => this.row(own, full_mm, limit_mm)),
+    const margin_mm = meta?.pad_margin_mm ?? MARGIN_MM;
+    return [...wear.map((own) => this.row(own, full_mm, limit_mm, margin_mm)),
       element("p", { class: "muted small" }, `Bars: thickness of ${number(full_mm, 0)} mm when new; the dashed line is the limit of ${number(limit_mm, 0)} mm, the whisker the 95 % interval.`)];
   }
 
-  row(own, full_mm, limit_mm) {
+  row(own, full_mm, limit_mm, margin_mm) {
     const scale = Math.max(full_mm, own.thickness_high_mm ?? 0, own.thickness_mm ?? 0) || 1;
     const percent = (mm) => `${Math.min(Math.max((mm ?? 0) / scale, 0), 1) * 100}%`;
     const left_mm = own.remaining_mm ?? 0;
-    const fill = element("div", { class: `fill ${left_mm <= 0 ? "worn" : left_mm <= NEAR_MM ? "near" : ""}` });
+    const fill = element("div", { class: `fill ${left_mm <= 0 ? "worn" : left_mm <= margin_mm ? "near" : ""}` });
     const limit = element("div", { class: "limit" });
     const interval = element("div", { class: "interval" });
     fill.style.width = percent(own.thickness_mm);
