@@ -4,11 +4,13 @@ Run: python alarms.py [tcp/127.0.0.1:7447]
 """
 
 import json
+import signal
 import sys
 
 import zenoh
 from zenoh import ext
 
+signal.signal(signal.SIGINT, signal.SIG_DFL)  # Ctrl-C ends it without a word
 endpoint = sys.argv[1] if len(sys.argv) > 1 else "tcp/127.0.0.1:7447"
 config = zenoh.Config.from_json5(json.dumps({"mode": "client", "connect": {"endpoints": [endpoint]}}))
 history = ext.HistoryConfig(detect_late_publishers=True)

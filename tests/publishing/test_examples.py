@@ -3,6 +3,7 @@
 import json
 import os
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -36,6 +37,14 @@ def test_adhesion() -> None:
     with running() as publisher, listening(publisher, "adhesion.py") as example:
         until(lambda: publisher.publish(Outputs(estimate())) or example.lines)
         assert example.lines[0] == "brake/v1/wagon-1/adhesion 0.080 ± 0.003 all that the rail gives"
+
+
+@pytest.mark.parametrize("name", ["adhesion.py", "alarms.py"])
+def test_ctrl_c_ends_what_listens_without_a_traceback(name: str) -> None:
+    with running() as publisher, listening(publisher, name) as example:
+        until(lambda: publisher.publish(Outputs(estimate(), (alarm(),))) or example.lines)
+        example.end(signal.SIGINT)
+    assert not [line for line in example.lines if "Traceback" in line]
 
 
 def test_alarms() -> None:
