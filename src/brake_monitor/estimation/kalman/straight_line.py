@@ -19,69 +19,54 @@ The compiled function works on whatever adds and multiplies: with arrays in plac
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 from itertools import count
-from typing import Any
+from typing import Any, NamedTuple
 
 LONGEST_EXPRESSION = 400  # characters; the compiler nests no deeper than a few hundred brackets
+NEUTRAL = {"+": 0.0, "-": 0.0, "*": 1.0, "/": 1.0}  # on the right of these it changes nothing
+
+
+def _noted(operator: str) -> tuple[Callable[..., Any], Callable[..., Any]]:
+    """What an operator makes of a symbol and something else, and of something else and a symbol."""
+
+    def with_right(symbol: "Symbol", other: Any) -> Any:
+        return symbol.journal.note(operator, symbol, other)
+
+    def with_left(symbol: "Symbol", other: Any) -> Any:
+        return symbol.journal.note(operator, other, symbol)
+
+    return with_right, with_left
 
 
 class Symbol:
     """A number that is not known yet: an argument, or what an operation makes of two others."""
 
-    __slots__ = ("_journal", "left", "name", "operator", "right")
+    __slots__ = ("journal", "left", "name", "operator", "right")
 
     def __init__(self, journal: "Journal", operator: str, left: Any, right: Any, name: str = "") -> None:
-        self._journal = journal
+        self.journal = journal
         self.operator = operator
         self.left = left
         self.right = right
         self.name = name  # of an argument
 
-    def __add__(self, other: Any) -> Any:
-        return self._journal.sum(self, other)
-
-    def __radd__(self, other: Any) -> Any:
-        return self._journal.sum(other, self)
-
-    def __sub__(self, other: Any) -> Any:
-        return self._journal.difference(self, other)
-
-    def __rsub__(self, other: Any) -> Any:
-        return self._journal.difference(other, self)
-
-    def __mul__(self, other: Any) -> Any:
-        return self._journal.product(self, other)
-
-    def __rmul__(self, other: Any) -> Any:
-        return self._journal.product(other, self)
-
-    def __truediv__(self, other: Any) -> Any:
-        return self._journal.quotient(self, other)
-
-    def __rtruediv__(self, other: Any) -> Any:
-        return self._journal.quotient(other, self)
-
-    def __le__(self, other: Any) -> Any:
-        return self._journal.note("<=", self, other)
-
-    def __ge__(self, other: Any) -> Any:
-        return self._journal.note(">=", self, other)
-
-    def __and__(self, other: Any) -> Any:
-        return self._journal.note("and", self, other)
+    __add__, __radd__ = _noted("+")
+    __sub__, __rsub__ = _noted("-")
+    __mul__, __rmul__ = _noted("*")
+    __truediv__, __rtruediv__ = _noted("/")
+    __le__, __ge__ = _noted("<=")[0], _noted(">=")[0]
+    __and__ = _noted("and")[0]
 
     def __neg__(self) -> Any:
-        return self._journal.difference(0.0, self)
+        return self.journal.note("-", 0.0, self)
 
     def __bool__(self) -> bool:
         raise TypeError("what a branch depends on is not known while a function is followed")
 
 
-class Named:
+class Named(NamedTuple):
     """Stands for an argument that has numbers as attributes: the function gets the NamedTuple of these names."""
 
-    def __init__(self, shape: Any) -> None:
-        self.shape = shape
-        self.names: tuple[str, ...] = shape._fields
+    shape: Any
 
 
 class Journal:
@@ -90,39 +75,18 @@ class Journal:
     def __init__(self) -> None:
         self._known: dict[tuple[str, object, object], Symbol] = {}
 
-    def argument(self, name: str) -> Symbol:
-        """A new unknown."""
-        return Symbol(self, "", None, None, name)
-
-    def sum(self, left: Any, right: Any) -> Any:
-        """What `left + right` is."""
-        if _is(left, 0.0):
+    def note(self, operator: str, left: Any, right: Any) -> Any:
+        """What an operation makes of numbers of which not all are known. What 0 or 1 decides is no operation."""
+        neutral, commutes = NEUTRAL.get(operator), operator in ("+", "*")
+        if operator in ("*", "/") and (_is(left, 0.0) or (commutes and _is(right, 0.0))):
+            return 0.0
+        if operator == "-" and left is right:
+            return 0.0
+        if _is(right, neutral):
+            return left
+        if commutes and _is(left, neutral):
             return right
-        return left if _is(right, 0.0) else self.note("+", left, right)
-
-    def difference(self, left: Any, right: Any) -> Any:
-        """What `left - right` is."""
-        if left is right:
-            return 0.0
-        return left if _is(right, 0.0) else self.note("-", left, right)
-
-    def product(self, left: Any, right: Any) -> Any:
-        """What `left * right` is."""
-        if _is(left, 0.0) or _is(right, 0.0):
-            return 0.0
-        if _is(left, 1.0):
-            return right
-        return left if _is(right, 1.0) else self.note("*", left, right)
-
-    def quotient(self, left: Any, right: Any) -> Any:
-        """What `left / right` is."""
-        if _is(left, 0.0):
-            return 0.0
-        return left if _is(right, 1.0) else self.note("/", left, right)
-
-    def note(self, operator: str, left: Any, right: Any) -> Symbol:
-        """What an operation makes of numbers of which not all are known."""
-        if operator in "+*" and (operator, _key(right), _key(left)) in self._known:
+        if commutes and (operator, _key(right), _key(left)) in self._known:
             left, right = right, left  # the same number
         key = (operator, _key(left), _key(right))
         if key not in self._known:
@@ -156,14 +120,10 @@ def flat_source(function: Callable[..., Any], *examples: Any) -> str:
     return f"def straight(given, result):\n    {body}\n"
 
 
-def _followed(function: Callable[..., Any], examples: Sequence[Any]) -> tuple[list[str], "_Writer", Any]:
+def _followed(function: Callable[..., Any], examples: Sequence[Any]) -> tuple[Sequence[str], "_Writer", Any]:
     """The patterns of the arguments, the writer of what the function does, and its result."""
     writer = _Writer()
-    heads, values = [], []
-    for example in examples:
-        pattern, value = writer.argument(example)
-        heads.append(pattern)
-        values.append(value)
+    heads, values = zip(*[writer.argument(example) for example in examples], strict=True)
     result = function(*values)
     writer.count_uses(result)
     return heads, writer, result
@@ -195,24 +155,28 @@ class _Writer:
         """The pattern that takes an argument apart, and the symbols in the shape of the argument."""
         if isinstance(example, Named):
             name = next(self._object_names)
-            return name, example.shape(*(self._journal.argument(f"{name}.{one}") for one in example.names))
+            return name, example.shape(*(self._symbol(f"{name}.{one}") for one in example.shape._fields))
         if not isinstance(example, (list, tuple)):
             name = next(self._argument_names)
             self.arguments.append(name)
-            return name, self._journal.argument(name)
+            return name, self._symbol(name)
         parts = [self.argument(part) for part in example]
         symbols = [symbol for _, symbol in parts]
         shaped = type(example)(*symbols) if hasattr(example, "_fields") else type(example)(symbols)
         return f"({''.join(f'{pattern}, ' for pattern, _ in parts)})", shaped
 
+    def _symbol(self, name: str) -> Symbol:
+        return Symbol(self._journal, "", None, None, name)
+
     def count_uses(self, result: Any) -> None:
         """Note how often each symbol is needed."""
-        waiting = list(_leaves(result))
+        waiting = list(_values(result))
         while waiting:
-            symbol = waiting.pop()
-            self._uses[symbol] += 1
-            if self._uses[symbol] == 1:
-                waiting += [part for part in (symbol.left, symbol.right) if isinstance(part, Symbol)]
+            value = waiting.pop()
+            if isinstance(value, Symbol):
+                self._uses[value] += 1
+                if self._uses[value] == 1:
+                    waiting += [value.left, value.right]
 
     def text(self, value: Any) -> str:
         """A value as an expression; what is needed more than once gets a name in a line of its own."""
@@ -233,11 +197,7 @@ class _Writer:
         return self._named[value]
 
 
-def _leaves(result: Any) -> Iterator[Symbol]:
-    return (value for value in _values(result) if isinstance(value, Symbol))
-
-
-def _is(value: Any, number: float) -> bool:
+def _is(value: Any, number: float | None) -> bool:
     """Whether a value is this constant."""
     return not isinstance(value, Symbol) and bool(value == number)
 
