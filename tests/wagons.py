@@ -20,6 +20,17 @@ def jacobian(wagon: Wagon, x: Sequence[float], u: Inputs) -> np.ndarray:
     return np.array(wagon.linearise(x, u)[1])
 
 
+def told(u: Inputs, **vectors: Sequence[float]) -> Inputs:
+    """The same inputs with other numbers for the wheelsets, N of each name."""
+    wheels = [own._replace(**{name: vector[i] for name, vector in vectors.items()}) for i, own in enumerate(u.wheels)]
+    return u._replace(wheels=wheels)
+
+
+def of_each(u: Inputs, name: str) -> np.ndarray:
+    """What the inputs say of each wheelset."""
+    return np.array([getattr(own, name) for own in u.wheels])
+
+
 def make_wagon(n: int, relaxation: FrictionRelaxation | None = None, *, has_motors: bool = False) -> Wagon:
     return Wagon.from_vehicle(
         Vehicle(

@@ -60,7 +60,7 @@ def acting(begin_force_n: float, end_force_n: float, **other: float) -> Acting:
 
 def now(leading: Acting, trailing: Acting) -> Conditions:
     level = ActingOnWagon(MASS_KG, 0.0, 0.0, pitching_mps2=0.0, heading=1.0, torque_error_density=0.0)
-    return Conditions.of(StepLength(STEP_S, 1.0, 0.0), level, [leading, trailing], DENSITIES, SPEED_MPS)
+    return Conditions(StepLength(STEP_S, 1.0, 0.0), level, [leading, trailing], DENSITIES)
 
 
 def stepped(x: list[float], leading: Acting, trailing: Acting) -> Predicted:

@@ -5,6 +5,7 @@ import pytest
 
 from brake_monitor.estimation.core.motor_watch import REMEMBERED, REST_S
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.model.acting import Acting, acting_on_wheelset
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import Inputs
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
@@ -135,7 +136,7 @@ def test_what_k_gives_to_the_line_leaves_the_vehicles_deceleration_as_it_is() ->
     braking.run(3.0, TORQUE_NM, resistance_mps2() + by_motors_mps2(TORQUE_NM))
     brakes, core = braking.brakes, braking.core
     brakes.x[braking.place] = -0.2
-    u = Inputs.of([wheel.acting() for wheel in core.wheels], core.now.mass_kg, core.now.gradient)
+    u = Inputs(core.now.mass_kg, core.now.gradient, [Acting(*acting_on_wheelset(wheel)) for wheel in core.wheels])
     before_mps2, d = brakes.wagon.acceleration_mps2(brakes.x, u), brakes.x[brakes.layout.deceleration]
     friction = brakes.layout.friction.start
     brakes.direction[friction] = 1.0  # as a doubt of friction leaves it

@@ -55,7 +55,7 @@ def test_a_step_of_the_rig_adds_the_printed_q_and_nothing_else() -> None:
     )
     densities = FixedDensities(*[getattr(RIG, name) for name in FixedDensities._fields])
     on_wagon = ActingOnWagon(wagon.vehicle.mass_kg, 0.0, RIG.deceleration, 0.0, heading=1.0, torque_error_density=0.0)
-    now = Conditions.of(StepLength(PAPER_STEP_S, 0.0, 0.0), on_wagon, [rubs], densities, SPEED_MPS)
+    now = Conditions(StepLength(PAPER_STEP_S, 0.0, 0.0), on_wagon, [rubs], densities)
     known = [[0.0] * wagon.layout.size for _ in range(wagon.layout.size)]
     q = np.zeros((wagon.layout.size, wagon.layout.size))
     q[:4, :4] = np.diag([1e1, 1e-5, 1e-3, 1e-1])

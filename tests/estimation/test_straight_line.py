@@ -141,7 +141,7 @@ def steps(draw: st.DrawFn) -> tuple[Wagon, Vector, Matrix, Conditions, bool]:
     deceleration = draw(st.sampled_from((q.deceleration, q.deceleration_braking)))
     gradient, torque_error_density = rng.uniform(-0.03, 0.03), rng.uniform(0.0, 1e-4)
     on_wagon = ActingOnWagon(wagon.vehicle.mass_kg, gradient, deceleration, 0.0, 1.0, torque_error_density)
-    now = Conditions.of(StepLength(0.02, 0.5, 0.0), on_wagon, [acting() for _ in range(n)], densities, x[s.speed])
+    now = Conditions(StepLength(0.02, 0.5, 0.0), on_wagon, [acting() for _ in range(n)], densities)
     return wagon, x.tolist(), (root @ root.T).tolist(), now, literal
 
 

@@ -9,7 +9,7 @@ from hypothesis import strategies as st
 from brake_monitor.estimation.model.load_distribution import spread_over
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Inputs, Wagon
 from brake_monitor.settings.config import Vehicle
-from wagons import AXLES, derivative, jacobian, make_wagon
+from wagons import AXLES, derivative, jacobian, make_wagon, of_each, told
 
 
 def braking_state(wagon: Wagon, adhesion: float = 0.1, friction: float = 0.35) -> np.ndarray:
@@ -23,7 +23,7 @@ def braking_state(wagon: Wagon, adhesion: float = 0.1, friction: float = 0.35) -
 
 
 def braking_inputs(wagon: Wagon, pressing_force_n: float = 40_000.0) -> Inputs:
-    return wagon.inputs()._replace(pressing_force_n=[pressing_force_n] * wagon.layout.wheelset_count)
+    return told(wagon.inputs(), pressing_force_n=[pressing_force_n] * wagon.layout.wheelset_count)
 
 
 @st.composite
@@ -43,14 +43,14 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     x[s.adhesion] = vector(-0.2, 0.4)
     x[s.deceleration] = draw(st.floats(-1.0, 1.0))
     x[s.torque_error] = draw(st.floats(-0.2, 0.2))
-    u = Inputs(
+    level = wagon.inputs()._replace(
+        mass_kg=wagon.vehicle.mass_kg * draw(st.floats(0.6, 1.5)), gradient=draw(st.floats(-0.03, 0.03))
+    )
+    u = told(
+        level,
         pressing_force_n=vector(0.0, 90_000.0),
         wheel_torque_nm=vector(-5000.0, 5000.0),
-        mass_kg=wagon.vehicle.mass_kg * draw(st.floats(0.6, 1.5)),
-        gradient=draw(st.floats(-0.03, 0.03)),
-        has_equation=[1.0] * n,
         friction_observable=(vector(0.0, 1.0) > 0.5).astype(float),
-        wheel_load_n=[],
         wheel_radius_m=[0.445 * draw(st.floats(0.9, 1.1)) for _ in range(n)],
         brake_radius_m=[0.247 * draw(st.floats(0.9, 1.1)) for _ in range(n)],
     )
@@ -61,7 +61,7 @@ def situations(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
 def test_wheel_loads_carry_the_wagon_and_its_braking_moment(situation: tuple[Wagon, np.ndarray, Inputs]) -> None:
     """Moments about the centre of gravity: of what acts there, gravity and what is unmodelled, there is none."""
     wagon, x, u = situation
-    load_n = np.array(u.wheel_load_n)
+    load_n = of_each(u, "wheel_load_n")
     resistance_n = wagon.vehicle.track_resistance_n + wagon.vehicle.drag_n_per_mps2 * x[wagon.layout.speed] ** 2
     positions = np.array(AXLES[wagon.layout.wheelset_count])
     assert load_n.sum() == pytest.approx(u.mass_kg * GRAVITY_MPS2)
@@ -76,7 +76,7 @@ def test_force_balance_of_the_whole_wagon(situation: tuple[Wagon, np.ndarray, In
     wagon, x, u = situation
     s = wagon.layout
     acceleration = derivative(wagon, x, u)[s.speed]
-    creep_n = x[s.adhesion] @ u.wheel_load_n
+    creep_n = x[s.adhesion] @ of_each(u, "wheel_load_n")
     resistance_n = wagon.vehicle.track_resistance_n + wagon.vehicle.drag_n_per_mps2 * x[s.speed] ** 2
     weight_n = u.mass_kg * GRAVITY_MPS2 * u.gradient
     unmodelled_n = u.mass_kg * x[s.deceleration]
@@ -99,7 +99,7 @@ def test_braking_loads_the_leading_wheelset(n: int) -> None:
     x = braking_state(wagon)
     u = wagon.settled(x, wagon.inputs())
     assert wagon.acceleration_mps2(x, u) < 0.0
-    assert (np.diff(u.wheel_load_n) < 0.0).all()
+    assert (np.diff(of_each(u, "wheel_load_n")) < 0.0).all()
 
 
 @pytest.mark.parametrize("n", [2, 4])
@@ -175,13 +175,13 @@ def test_a_motor_turns_its_wheelset_by_more_than_it_says_where_k_says_so() -> No
     x, s = braking_state(wagon, adhesion=0.0), wagon.layout
     x[s.torque_error] = 0.08
     (wheelset,) = wagon.wheelsets
-    driven = derivative(wagon, x, wagon.inputs()._replace(wheel_torque_nm=[2000.0]))
+    driven = derivative(wagon, x, told(wagon.inputs(), wheel_torque_nm=[2000.0]))
     assert driven[s.omega] * wheelset.inertia_kgm2 == pytest.approx(1.08 * 2000.0)
 
 
 def test_a_locked_wheelset_has_no_wheel_equation() -> None:
     wagon = make_wagon(2)
-    u = braking_inputs(wagon)._replace(has_equation=[0.0, 1.0])
+    u = told(braking_inputs(wagon), has_equation=[0.0, 1.0])
     xdot = derivative(wagon, braking_state(wagon), u)
     assert xdot[0] == 0.0
     assert xdot[1] != 0.0
@@ -203,7 +203,7 @@ def test_jacobian_is_the_finite_difference_of_the_model(situation: tuple[Wagon, 
 def test_first_order_friction_returns_to_nominal_while_it_rubs() -> None:
     """(9): a small deviation falls to 1/e in the time constant, from either side; a held friction stays."""
     wagon = make_wagon(2, FrictionRelaxation(nominal=0.35, time_s=20.0))
-    s, u, step_s = wagon.layout, braking_inputs(wagon)._replace(friction_observable=[1.0, 0.0]), 0.01
+    s, u, step_s = wagon.layout, told(braking_inputs(wagon), friction_observable=[1.0, 0.0]), 0.01
     for deviation in (0.002, -0.002):
         x = braking_state(wagon, friction=0.35 + deviation)
         for _ in range(2000):
@@ -235,8 +235,8 @@ def test_jacobian_is_the_symbolic_derivative_for_two_wheelsets() -> None:
         m * rail + a1 * front + a2 * rear + resistance,
     ]
     loads = sympy.solve([equation.subs(at) for equation in balance], (front, rear, rail))
-    u = wagon.settled(x, wagon.inputs()._replace(pressing_force_n=force))
-    assert u.wheel_load_n == pytest.approx([float(loads[front]), float(loads[rear])], rel=1e-12)
+    u = wagon.settled(x, told(wagon.inputs(), pressing_force_n=force))
+    assert of_each(u, "wheel_load_n") == pytest.approx([float(loads[front]), float(loads[rear])], rel=1e-12)
     expected = np.array(sympy.Matrix(rows).jacobian(symbols).subs(at | loads), dtype=float)
     moving = [0, 1, 2]
     assert jacobian(wagon, x, u)[moving] == pytest.approx(expected, rel=1e-9, abs=1e-9)

@@ -6,6 +6,7 @@ import pytest
 
 from brake_monitor.estimation.estimate import Status
 from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.model.acting import Acting, acting_on_wheelset
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, rail_radps2
 from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS, RadiusCalibration
 from brake_monitor.settings.config import EstimatorSettings
@@ -56,4 +57,5 @@ def test_blocks_on_the_tread_wear_with_the_wheel_and_discs_do_not(brake_m: float
     wheel.radius.radius_m = 0.93 * 0.445
     assert braking_ratio(wheel, 30e3, 170e3) == pytest.approx(asks_more * asked)
     assert brake_radps2(wheel, 1.0, 1.0) / rail_radps2(wheel, 1.0, 1.0) == pytest.approx(asks_more * ratio)
-    assert wheel.acting().brake_radius_m / wheel.acting().wheel_radius_m == pytest.approx(asks_more * brake_m / 0.445)
+    acting = Acting(*acting_on_wheelset(wheel))
+    assert acting.brake_radius_m / acting.wheel_radius_m == pytest.approx(asks_more * brake_m / 0.445)

@@ -32,7 +32,7 @@ from brake_monitor.observability.analysis import (
 from brake_monitor.observability.survey import Survey
 from brake_monitor.settings.config import Settings
 from brake_monitor.settings.example_vehicles import example_config, example_settings
-from wagons import AXLES, derivative, make_wagon
+from wagons import AXLES, derivative, make_wagon, of_each, told
 
 WINDOW_S = 0.5
 BRAKED = OperatingPoint(40_000.0, 20.0, 0.08)
@@ -171,7 +171,8 @@ def inverse_map(wagon: Wagon, z: np.ndarray, u: Inputs, deceleration_mps2: float
     wheelset does not turn: mu_b,i has no trace in z there.
     """
     s, n = wagon.layout, wagon.layout.wheelset_count
-    if min(u.pressing_force_n) <= 0.0 or not all(u.has_equation):
+    force_n = of_each(u, "pressing_force_n")
+    if min(force_n) <= 0.0 or not all(of_each(u, "has_equation")):
         raise ValueError("the map has no inverse: a pad does not press, or a wheelset does not turn")
     speed, omega_dot, acceleration = float(z[n]), z[n + 1 : 2 * n + 1], float(z[2 * n + 1])
     pitching_mps2 = acceleration + deceleration_mps2 + GRAVITY_MPS2 * u.gradient
@@ -182,9 +183,8 @@ def inverse_map(wagon: Wagon, z: np.ndarray, u: Inputs, deceleration_mps2: float
     creep_torque = adhesion * load_n * wheel_m
     x = np.zeros(s.size)
     x[: n + 1] = z[: n + 1]
-    x[s.friction] = (creep_torque + u.wheel_torque_nm - inertia_kgm2 * omega_dot) / (
-        brake_m * np.array(u.pressing_force_n)
-    )
+    torque_nm = of_each(u, "wheel_torque_nm")
+    x[s.friction] = (creep_torque + torque_nm - inertia_kgm2 * omega_dot) / (brake_m * force_n)
     x[s.adhesion] = adhesion
     x[s.deceleration] = deceleration_mps2
     return x
@@ -209,7 +209,7 @@ def differentiated_map(wagon: Wagon, variant: Variant, point: OperatingPoint) ->
     def z(values: np.ndarray) -> np.ndarray:
         rows = []
         for instant, pattern in enumerate(variant.patterns):
-            u = wagon.inputs()._replace(pressing_force_n=[point.pressing_force_n * part for part in pattern])
+            u = told(wagon.inputs(), pressing_force_n=[point.pressing_force_n * part for part in pattern])
             at_point = wagon.settled(state_of(wagon, variant, np.array(start), instant), u)
             rows.append(forward_map(wagon, state_of(wagon, variant, values, instant), at_point))
         return np.concatenate(rows)
@@ -366,13 +366,11 @@ def pressed(draw: st.DrawFn) -> tuple[Wagon, np.ndarray, Inputs]:
     x[s.friction] = vector(0.05, 0.7)
     x[s.adhesion] = draw(st.floats(-0.2, 0.4))
     x[s.deceleration] = draw(st.floats(-1.0, 1.0))
-    u = wagon.inputs()._replace(
-        pressing_force_n=vector(500.0, 90_000.0),
-        wheel_torque_nm=vector(-5000.0, 5000.0),
-        gradient=draw(st.floats(-0.03, 0.03)),
-        mass_kg=wagon.vehicle.mass_kg * draw(st.floats(0.6, 1.5)),
+    level = wagon.inputs()._replace(
+        gradient=draw(st.floats(-0.03, 0.03)), mass_kg=wagon.vehicle.mass_kg * draw(st.floats(0.6, 1.5))
     )
-    return wagon, x, u
+    forces_n, torques_nm = vector(500.0, 90_000.0), vector(-5000.0, 5000.0)
+    return wagon, x, told(level, pressing_force_n=forces_n, wheel_torque_nm=torques_nm)
 
 
 @given(pressed())
@@ -387,22 +385,22 @@ def test_the_inverse_gives_back_the_state(situation: tuple[Wagon, np.ndarray, In
 def test_the_inverse_reads_the_deceleration_with_g_and_not_half_of_it(n: int) -> None:
     """A wagon that slows with 0.981 m/s² beyond its resistances uses 0.1 of its weight, not 0.2."""
     wagon = make_wagon(n)
-    u = wagon.inputs()._replace(pressing_force_n=np.full(wagon.layout.wheelset_count, 40_000.0))
+    u = told(wagon.inputs(), pressing_force_n=np.full(wagon.layout.wheelset_count, 40_000.0))
     z = np.zeros(2 * n + 2)
     z[-1] = -0.981 - wagon.vehicle.track_resistance_n / wagon.vehicle.mass_kg
     x, s = inverse_map(wagon, z, u), wagon.layout
     assert x[s.adhesion] == pytest.approx(0.1)
     radii = np.array([own.brake_radius_m / own.wheel_radius_m for own in wagon.wheelsets])
-    brake_force_n = x[s.friction] * u.pressing_force_n * radii  # wheels at constant speed pass it on
+    brake_force_n = x[s.friction] * of_each(u, "pressing_force_n") * radii  # wheels at constant speed pass it on
     assert brake_force_n.sum() == pytest.approx(0.1 * wagon.vehicle.mass_kg * 9.81)
 
 
 def test_there_is_no_inverse_where_a_pad_does_not_press_or_a_wheelset_is_locked() -> None:
     wagon = make_wagon(2)
-    u = wagon.inputs()._replace(pressing_force_n=[40_000.0, 0.0])
+    u = told(wagon.inputs(), pressing_force_n=[40_000.0, 0.0])
     with pytest.raises(ValueError, match="no inverse"):
         inverse_map(wagon, np.zeros(6), u)
-    u = wagon.inputs()._replace(pressing_force_n=[40_000.0, 40_000.0], has_equation=[1.0, 0.0])
+    u = told(wagon.inputs(), pressing_force_n=[40_000.0, 40_000.0], has_equation=[1.0, 0.0])
     with pytest.raises(ValueError, match="no inverse"):
         inverse_map(wagon, np.zeros(6), u)
 

@@ -21,7 +21,7 @@ from brake_monitor.validation.cases import Case
 from brake_monitor.validation.runs import Task, drive, estimate, tasks
 from brake_monitor.validation.variants import PrintedWagon
 from brake_monitor.validation.vehicles import PAPER_OMEGA_STD_RADPS, PAPER_SPEED_STD_MPS, campaign_settings
-from wagons import derivative, jacobian
+from wagons import derivative, jacobian, told
 
 SHORT = Scenario(
     name="short",
@@ -130,7 +130,7 @@ def test_printed_equations_double_the_adhesion() -> None:
 def test_printed_model_and_its_jacobian_belong_together() -> None:
     settings = campaign_settings("wagon")
     printed = PrintedWagon.from_vehicle(settings.vehicle)
-    u = printed.inputs()._replace(pressing_force_n=[20_000.0, 20_000.0])
+    u = told(printed.inputs(), pressing_force_n=[20_000.0, 20_000.0])
     s = printed.layout
     x = np.zeros(s.size)
     x[: s.deceleration] = [40.0, 40.0, 18.0, 0.35, 0.33, 0.05, 0.05]

@@ -40,7 +40,7 @@ from brake_monitor.estimation.filter.filter_lines import flat_sources
 from brake_monitor.estimation.kalman import ekf
 from brake_monitor.estimation.kalman.ekf import Innovation, Measured
 from brake_monitor.estimation.kalman.foretold import log_normal, log_sum
-from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon, acting_on_wagon, acting_on_wheelset
 from brake_monitor.estimation.model.brake_step import StepLength, share_memory_steps
 from brake_monitor.estimation.model.friction_pause import pause_variance
 from brake_monitor.estimation.model.load_transfer import settling_share
@@ -121,7 +121,7 @@ class FilterArrays(Belief):
                 self.given[k] = self.carried[k]
         for k in range(size):
             self.loads_given[k] = self.x[k]
-        on_wagon = now.acting()
+        on_wagon = acting_on_wagon(now)
         for k in range(len(on_wagon)):
             self.loads_given[size + k] = on_wagon[k]
         self.loads_given[size + len(on_wagon)] = settling_share(step_s)
@@ -137,13 +137,13 @@ class FilterArrays(Belief):
         given[place + 1] = share_memory_steps(step_s)
         given[place + 2] = settling_share(step_s)
         place += 3
-        on_wagon = now.acting()
+        on_wagon = acting_on_wagon(now)
         for k in range(len(on_wagon)):
             given[place + k] = on_wagon[k]
         place += len(on_wagon)
         for i in range(len(wheels)):
             self.free[self.friction_place + i] = wheels[i].friction_observable
-            acting = wheels[i].acting()
+            acting = acting_on_wheelset(wheels[i])
             for k in range(len(acting)):
                 given[place + k] = acting[k]
             place += len(acting)
@@ -223,7 +223,7 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
 teach(
     (CoreTuple, Innovation, Measured, FilterTuple),
     (
-        slip_of, ekf.correct, share_memory_steps, settling_share, moves,
+        acting_on_wagon, acting_on_wheelset, slip_of, ekf.correct, share_memory_steps, settling_share, moves,
         read_out, of_wagon, of_wheelset, load_share, timed_variance, trust_in, unproven_mps, unseen_adhesion_std,
         unseen_friction_variance, pause_variance, log_normal, log_sum, rail_radps2, brake_radps2, braking_ratio,
         motor_demand,

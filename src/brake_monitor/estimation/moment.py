@@ -16,7 +16,6 @@ from brake_monitor.estimation.doubts.seizing import Seizing
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.inputs.held_input import HeldInput
 from brake_monitor.estimation.inputs.pad_contact import PadContact
-from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.wheelset import Wheelset, is_on_tread
 from brake_monitor.estimation.rolling.line_roughness import LineRoughness
 from brake_monitor.estimation.rolling.radius_calibration import RadiusCalibration
@@ -106,17 +105,6 @@ class WagonMoment:
         applied.longer_ago.unmodelled_mps2 += gradient_mps2
         self.line.forget_look()
 
-    def acting(self) -> ActingOnWagon:
-        """What a step of the filter needs to know."""
-        return ActingOnWagon(
-            self.mass_kg,
-            self.gradient,
-            self.deceleration_density,
-            self.pitching_mps2,
-            self.heading,
-            self.torque_error_density,
-        )
-
 
 class Surprise:
     """What the last wheel speed that surprised found and changed: if it was a spike, that is taken back."""
@@ -196,36 +184,6 @@ class WheelsetMoment:
         if self.on_tread:
             return self.configured_brake_radius_m * (self.radius.radius_m / self.radius.configured_m)
         return self.configured_brake_radius_m
-
-    def acting(self) -> Acting:
-        """What a step of the filter needs to know."""
-        return Acting(
-            self.wheel_radius_m,
-            self.brake_radius_m,
-            self.pressing_force_n,
-            self.wheel_torque_nm,
-            self.wheel_load_n,
-            self.begin_load_n,
-            self.begin_force_n,
-            self.end_force_n,
-            self.begin_torque_nm,
-            self.end_torque_nm,
-            self.impulse_std_ns,
-            self.unseen_std_ns,
-            self.has_equation,
-            self.rolls,
-            self.slides,
-            self.unsettled,
-            self.force_effect_observable,
-            self.friction_observable,
-            self.stuck_lately,
-            self.omega_density,
-            self.adhesion_density,
-            self.small_slip,
-            self.medium_slip,
-            self.large_slip,
-            self.slip_change_mps,
-        )
 
 
 class Readings:

@@ -177,7 +177,9 @@ def _map_at(wagon: Wagon, pattern: Floats, point: OperatingPoint) -> Floats:
     x[s.omega] = [point.speed_mps / own.wheel_radius_m for own in wagon.wheelsets]
     x[s.speed] = point.speed_mps
     x[s.adhesion] = point.adhesion * pattern
-    u = wagon.inputs()._replace(pressing_force_n=(point.pressing_force_n * pattern).tolist())
+    u = wagon.inputs()
+    forces_n = (point.pressing_force_n * pattern).tolist()
+    u = u._replace(wheels=[own._replace(pressing_force_n=n) for own, n in zip(u.wheels, forces_n, strict=True)])
     measured = s.speed + 1
     state = x.tolist()
     _, jacobian = wagon.linearise(state, wagon.settled(state, u))

@@ -23,7 +23,7 @@ class PrintedWagon(Wagon):
         """f(x, u) and its Jacobian; half of the creep forces are missing in the speed equation."""
         f, a = super().linearise(x, u)
         s = self.layout
-        creep_n = sum([mu * load_n for mu, load_n in zip(x[s.adhesion], u.wheel_load_n, strict=True)])
+        creep_n = sum([mu * own.wheel_load_n for mu, own in zip(x[s.adhesion], u.wheels, strict=True)])
         f[s.speed] += 0.5 * creep_n / u.mass_kg
         a[s.speed][s.adhesion] = [0.5 * rate for rate in a[s.speed][s.adhesion]]
         return f, a

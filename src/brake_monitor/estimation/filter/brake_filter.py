@@ -17,6 +17,7 @@ from brake_monitor.estimation.filter.filter_lines import (
 from brake_monitor.estimation.filter.physical import physical_range
 from brake_monitor.estimation.kalman import ekf
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
+from brake_monitor.estimation.model.acting import Acting, acting_on_wheelset
 from brake_monitor.estimation.model.brake_step import share_memory_steps
 from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.regime import FixedDensities, free_states
@@ -213,7 +214,7 @@ class BrakeFilter(Belief):
 
     def rate(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], place: int) -> float:
         """How fast a state changes under what acts on the wagon now, per second."""
-        u = Inputs.of([wheel.acting() for wheel in wheels], now.mass_kg, now.gradient)
+        u = Inputs(now.mass_kg, now.gradient, [Acting(*acting_on_wheelset(wheel)) for wheel in wheels])
         return self.wagon.linearise(self.x, u)[0][place]
 
     def free(self, now: WagonMoment, wheels: Sequence[WheelsetMoment]) -> Vector:

@@ -142,8 +142,7 @@ def _predicted(
     acting: Sequence[Acting],
 ) -> Predicted:
     wagon, densities, literal = equations
-    conditions = Conditions.of(length, now, acting, densities, state[0][wagon.layout.speed])
-    return (literal_step if literal else coupled_step)(wagon, *state, conditions)
+    return (literal_step if literal else coupled_step)(wagon, *state, Conditions(length, now, acting, densities))
 
 
 def _tied(layout: StateLayout, covariance: Matrix, flags: StepFlags | CorrectionFlags) -> Matrix:

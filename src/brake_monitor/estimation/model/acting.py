@@ -2,6 +2,8 @@
 
 from typing import NamedTuple
 
+from brake_monitor.estimation.kalman.straight_line import Named, straight_line
+
 
 class Acting(NamedTuple):
     """Forces, flags and densities of one wheelset in a step of the filter; `WheelsetMoment` explains each field."""
@@ -42,3 +44,7 @@ class ActingOnWagon(NamedTuple):
     pitching_mps2: float
     heading: float
     torque_error_density: float
+
+
+acting_on_wheelset = straight_line(tuple, Named(Acting))  # the numbers of an object with these names, in order
+acting_on_wagon = straight_line(tuple, Named(ActingOnWagon))

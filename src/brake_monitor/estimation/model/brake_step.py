@@ -4,7 +4,7 @@ Plain arithmetic on numbers: `straight_line` compiles it for each wagon.
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 from brake_monitor.estimation.kalman import ekf
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector
@@ -30,25 +30,14 @@ class Conditions(NamedTuple):
     """The inputs and noise densities of one step."""
 
     length: StepLength
-    u: Inputs  # means over the step
-    acting: Sequence[Acting]  # on each wheelset
+    on_wagon: ActingOnWagon
+    wheels: Sequence[Acting]
     densities: FixedDensities
-    deceleration_density: float  # of d, (m/s²)²/s: what it walks with time, and with distance at the speed of now
-    torque_error_density: float  # of K, 1/s
 
-    @classmethod
-    def of(
-        cls,
-        length: StepLength,
-        now: ActingOnWagon,
-        acting: Sequence[Acting],
-        densities: FixedDensities,
-        speed_mps: float,
-    ) -> Self:
-        """Those under what acts on the wagon, at this speed, and on each wheelset."""
-        u = Inputs.of(acting, now.mass_kg, now.gradient)
-        deceleration_density = now.deceleration_density + densities.deceleration_per_metre * speed_mps
-        return cls(length, u, acting, densities, deceleration_density, now.torque_error_density)
+    @property
+    def u(self) -> Inputs:
+        """The inputs, means over the step."""
+        return Inputs(self.on_wagon.mass_kg, self.on_wagon.gradient, self.wheels)
 
 
 class Predicted(NamedTuple):
@@ -89,7 +78,7 @@ def share_memory_steps(step_s: float) -> float:
 def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:
     """A step with the covariances of (20), which belong to steps and not to time."""
     derivative, jacobian = wagon.linearise(x, now.u)
-    q = density(wagon.layout, now.densities, now.deceleration_density, now.torque_error_density, now.acting)
+    q = density(wagon.layout, now.densities, now.on_wagon, now.wheels, x[wagon.layout.speed])
     step, noise = ekf.scaled(jacobian, now.length.step_s), ekf.scaled(q, now.length.step_s)
     moved = [value + rate * now.length.step_s for value, rate in zip(x, derivative, strict=True)]
     return Predicted(moved, ekf.predict(covariance, step, noise), step, noise)
@@ -113,11 +102,11 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
         meanwhile[s.friction.start + i] += own.middle.friction
         meanwhile[s.adhesion.start + i] += own.middle.adhesion
     derivative, jacobian = wagon.linearise(meanwhile, now.u)
-    q = density(s, now.densities, now.deceleration_density, now.torque_error_density, now.acting)
+    q = density(s, now.densities, now.on_wagon, now.wheels, x[s.speed])
     noise = ekf.process_noise(jacobian, q, now.length.step_s)
     step = ekf.scaled(jacobian, now.length.step_s)
     moved = [value + rate * now.length.step_s for value, rate in zip(x, derivative, strict=True)]
-    for i, (own, acting) in enumerate(zip(following, now.acting, strict=True)):
+    for i, (own, acting) in enumerate(zip(following, now.wheels, strict=True)):
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         for row in step[s.kinematic]:
             row[s.force_effect] += row[friction] * own.middle.friction_per_effect
@@ -163,8 +152,8 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
     By E, mu_b changes as slide protection vents and fills the brake, but only that of wheelsets that slid lately. While
     they roll, forces change slowly and the walk of mu_b follows: the timing of either would pass for E there.
     """
-    own, s = now.acting[i], wagon.layout
-    wheelset = wagon.wheelsets[i]._replace(wheel_radius_m=own.wheel_radius_m, brake_radius_m=own.brake_radius_m)
+    own, s = now.wheels[i], wagon.layout
+    wheelset = wagon.worn(i, own)
     friction, effect, shown = x[s.friction.start + i], x[s.force_effect], own.force_effect_observable
     weights = own.small_slip, own.medium_slip, own.large_slip  # w_k
     taken = own.rolls + sum([weight * share for weight, share in zip(weights, x[s.uptake], strict=True)])  # c_i

@@ -5,7 +5,7 @@ from typing import NamedTuple
 
 from brake_monitor.estimation.doubts.force_departure import CONTACT_S
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
-from brake_monitor.estimation.model.acting import Acting
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.state_layout import StateLayout
 
 SLOW_SPEED_DENSITY = 1.0  # (m/s)²/s and (rad/s)²/s, near standstill, where the measurements alone count
@@ -28,15 +28,15 @@ class FixedDensities(NamedTuple):
 
 
 def density(
-    layout: StateLayout, fixed: FixedDensities, deceleration: float, torque_error: float, acting: Sequence[Acting]
+    layout: StateLayout, fixed: FixedDensities, on_wagon: ActingOnWagon, acting: Sequence[Acting], speed_mps: float
 ) -> Matrix:
-    """Q, spectral density of the process noise, shape (n, n); `deceleration` and `torque_error`: those of d and K."""
+    """Q, spectral density of the process noise, shape (n, n). d walks with time, and with distance at this speed."""
     s, q = layout, zeros(layout.size)
     q[s.speed][s.speed] = fixed.speed
-    q[s.deceleration][s.deceleration] = deceleration
+    q[s.deceleration][s.deceleration] = on_wagon.deceleration_density + fixed.deceleration_per_metre * speed_mps
     q[s.decay][s.decay] = fixed.adhesion_decay * sum([own.slides for own in acting]) / len(acting)
     for place in range(s.torque_error.start, s.torque_error.stop):
-        q[place][place] = torque_error
+        q[place][place] = on_wagon.torque_error_density
     uptake = fixed.uptake * sum([own.unsettled for own in acting]) / len(acting)
     for place in range(s.uptake.start, s.uptake.stop):
         q[place][place] = uptake

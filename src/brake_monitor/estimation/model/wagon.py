@@ -46,32 +46,11 @@ GRAVITY_MPS2 = 9.81
 
 
 class Inputs(NamedTuple):
-    """The vectors u and u_lin of (14), and what else is known from outside; all sequences have length N."""
+    """The vectors u and u_lin of (14), and what else is known from outside."""
 
-    pressing_force_n: Sequence[float]  # F_perp,i, summed over all pad faces of the wheelset
-    wheel_torque_nm: Sequence[float]  # M_W,i, accelerating positive
     mass_kg: float
     gradient: float  # rise over run, uphill positive
-    has_equation: Sequence[float]  # 1 where (6) holds, 0 for a locked wheelset: its contact is static
-    friction_observable: Sequence[float]  # 1 where mu_b,i is observable (17), else 0: there (9) does not move it either
-    wheel_load_n: Sequence[float]  # F_z,i of (4), as they have settled so far
-    wheel_radius_m: Sequence[float]  # r_W, as calibrated so far ...
-    brake_radius_m: Sequence[float]  # ... and r_B, which on the tread wears with it
-
-    @classmethod
-    def of(cls, acting: Sequence[Acting], mass_kg: float, gradient: float) -> Self:
-        """The inputs of a step, from what acts on each wheelset in it."""
-        return cls(
-            pressing_force_n=[own.pressing_force_n for own in acting],
-            wheel_torque_nm=[own.wheel_torque_nm for own in acting],
-            mass_kg=mass_kg,
-            gradient=gradient,
-            has_equation=[own.has_equation for own in acting],
-            friction_observable=[own.friction_observable for own in acting],
-            wheel_load_n=[own.wheel_load_n for own in acting],
-            wheel_radius_m=[own.wheel_radius_m for own in acting],
-            brake_radius_m=[own.brake_radius_m for own in acting],
-        )
+    wheels: Sequence[Acting]  # N
 
 
 @dataclass(frozen=True)
@@ -126,16 +105,17 @@ class Wagon:
 
     def inputs(self) -> Inputs:
         """Return inputs of a wagon that rolls freely on level track."""
-        n = self.layout.wheelset_count
-        load_n = self.wheel_load_n(0.0, self.vehicle.mass_kg)
-        wheel_m = [wheelset.wheel_radius_m for wheelset in self.wheelsets]
-        brake_m = [wheelset.brake_radius_m for wheelset in self.wheelsets]
-        return Inputs([0.0] * n, [0.0] * n, self.vehicle.mass_kg, 0.0, [1.0] * n, [0.0] * n, load_n, wheel_m, brake_m)
+        rolls = Acting(*[0.0] * len(Acting._fields))._replace(has_equation=1.0)
+        wheels = [
+            rolls._replace(wheel_radius_m=own.wheel_radius_m, brake_radius_m=own.brake_radius_m, wheel_load_n=load_n)
+            for own, load_n in zip(self.wheelsets, self.wheel_load_n(0.0, self.vehicle.mass_kg), strict=True)
+        ]
+        return Inputs(self.vehicle.mass_kg, 0.0, wheels)
 
     def acceleration_mps2(self, x: Sequence[float], u: Inputs) -> float:
         """v̇ from (1), (2), (5): m v̇ = - Σ mu_w,i F_z,i - F_TR - k_d v² - m (g i + d)."""
         s = self.layout
-        creep_n = sum([mu * load_n for mu, load_n in zip(x[s.adhesion], u.wheel_load_n, strict=True)])
+        creep_n = sum([mu * own.wheel_load_n for mu, own in zip(x[s.adhesion], u.wheels, strict=True)])
         unmodelled_mps2 = GRAVITY_MPS2 * u.gradient + x[s.deceleration]
         return -(creep_n + self.vehicle.resistance_n(x[s.speed])) / u.mass_kg - unmodelled_mps2
 
@@ -153,7 +133,8 @@ class Wagon:
 
     def settled(self, x: Sequence[float], u: Inputs) -> Inputs:
         """The same inputs with the wheel loads as they have settled at this x."""
-        return u._replace(wheel_load_n=self.wheel_load_n(self.pitching_mps2(x, u.mass_kg), u.mass_kg))
+        loads_n = self.wheel_load_n(self.pitching_mps2(x, u.mass_kg), u.mass_kg)
+        return u._replace(wheels=[own._replace(wheel_load_n=n) for own, n in zip(u.wheels, loads_n, strict=True)])
 
     def _load_coupling(self, x: Sequence[float], heading: float) -> float:
         """1 - h Σ t_i mu_w,i forwards: the load that braking transfers changes the braking where adhesions differ."""
@@ -169,6 +150,10 @@ class Wagon:
             for wheelset in self.wheelsets
         ]
 
+    def worn(self, i: int, own: Acting) -> Wheelset:
+        """Wheelset i with its radii of now: r_W as calibrated so far, and r_B, which on the tread wears with it."""
+        return self.wheelsets[i]._replace(wheel_radius_m=own.wheel_radius_m, brake_radius_m=own.brake_radius_m)
+
     def linearise(self, x: Sequence[float], u: Inputs) -> tuple[Vector, Matrix]:
         """f(x, u) of (12) and A = ∂f/∂x, analytic: (6), (7), (10) for omega, (5) for v, (9) for mu_b.
 
@@ -178,11 +163,11 @@ class Wagon:
         f, a = [0.0] * s.size, zeros(s.size)
         f[s.speed], a[s.speed] = self.acceleration_mps2(x, u), self._speed_row(x, u)
         for i in range(s.wheelset_count):
-            f[i], a[i] = self._wheel_equation(i, x, u)
+            f[i], a[i] = self._wheel_equation(i, x, u.wheels[i])
         if self.relaxation is not None:
-            for i, place in enumerate(range(s.friction.start, s.friction.stop)):
+            for place, own in zip(range(s.friction.start, s.friction.stop), u.wheels, strict=True):
                 rate, per_friction = self.relaxation.rate(x[place])
-                f[place], a[place][place] = u.friction_observable[i] * rate, u.friction_observable[i] * per_friction
+                f[place], a[place][place] = own.friction_observable * rate, own.friction_observable * per_friction
         return f, a
 
     def _speed_row(self, x: Sequence[float], u: Inputs) -> Vector:
@@ -190,21 +175,21 @@ class Wagon:
         s = self.layout
         row = [0.0] * s.size
         row[s.speed] = -2.0 * self.vehicle.drag_n_per_mps2 * x[s.speed] / u.mass_kg
-        row[s.adhesion] = [-load_n / u.mass_kg for load_n in u.wheel_load_n]
+        row[s.adhesion] = [-own.wheel_load_n / u.mass_kg for own in u.wheels]
         row[s.deceleration] = -1.0
         return row
 
-    def _wheel_equation(self, i: int, x: Sequence[float], u: Inputs) -> tuple[float, Vector]:
+    def _wheel_equation(self, i: int, x: Sequence[float], own: Acting) -> tuple[float, Vector]:
         """omegȧ_i from (6), (7), (10), and ∂omegȧ_i/∂x; zero for a locked wheelset.
 
         J_i omegȧ_i = mu_w,i F_z,i r_W - mu_b,i F_perp,i r_B + (1 + K) M_W,i
         """
         s = self.layout
-        wheelset = self.wheelsets[i]._replace(wheel_radius_m=u.wheel_radius_m[i], brake_radius_m=u.brake_radius_m[i])
+        wheelset = self.worn(i, own)
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
-        by_rail = rail_radps2(wheelset, u.wheel_load_n[i], u.has_equation[i])
-        by_brake = brake_radps2(wheelset, u.pressing_force_n[i], u.has_equation[i])
-        by_motor = motor_radps2(wheelset, u.wheel_torque_nm[i], u.has_equation[i])
+        by_rail = rail_radps2(wheelset, own.wheel_load_n, own.has_equation)
+        by_brake = brake_radps2(wheelset, own.pressing_force_n, own.has_equation)
+        by_motor = motor_radps2(wheelset, own.wheel_torque_nm, own.has_equation)
         row = [0.0] * s.size
         row[adhesion], row[friction] = by_rail, -by_brake
         row[s.torque_error] = [by_motor for _ in x[s.torque_error]]
