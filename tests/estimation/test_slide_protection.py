@@ -2,7 +2,11 @@
 
 from collections.abc import Callable
 
-from brake_monitor.estimation.inputs.slide_protection import SlideProtection, SlideProtections
+from brake_monitor.decoding.signals import SignalDecoder
+from brake_monitor.estimation.estimator import Estimator
+from brake_monitor.estimation.inputs.slide_protection import SlideProtection
+from brake_monitor.samples import Quantity
+from brake_monitor.settings.example_vehicles import example_settings
 
 FULL_N, SPEED_MPS = 40e3, 20.0
 SLIPS, CREEPS = 0.03, 0.004
@@ -15,7 +19,7 @@ def acts_at_s(force_n: Callable[[float], float], slip: Callable[[float], float],
         time_s = k / 10
         emptied = flag and force_n(time_s) < FULL_N
         shown_n = FULL_N if flag else force_n(time_s)
-        protection.see(time_s, slip(time_s), SPEED_MPS, shown_n, flagged=emptied)
+        protection.see(time_s, slip(time_s), SPEED_MPS, shown_n, emptied)
         if protection.is_acting:
             found.append(time_s)
     return found
@@ -45,9 +49,17 @@ def test_a_brake_that_is_emptied_while_its_wheelset_only_creeps_is_a_driver_at_w
 
 
 def test_one_flag_for_all_wheelsets_speaks_for_the_one_that_slides_most() -> None:
-    protections = SlideProtections(2, one_flag=True)
+    settings = example_settings("wagon")
+    channels = SignalDecoder.from_settings(settings).channels
+    one_flag = [channel for channel in channels if channel.measurand != (Quantity.WSP_ACTIVE, 1)]
+    core = Estimator(settings.vehicle, settings.estimator, one_flag).core
+    core.filter.x[core.wheelset_count] = SPEED_MPS
+    for i, (wheel, slip) in enumerate(zip(core.wheels, (2 * SLIPS, SLIPS), strict=True)):
+        wheel.axle_speed_lost, wheel.force.value = False, FULL_N
+        core.filter.x[i] = SPEED_MPS * (1.0 - slip) / wheel.radius.radius_m
     for k in range(40):
-        flag = 1.0 if dumps(k / 10) < FULL_N else 0.0
-        protections.see([k / 10, SPEED_MPS, 2 * SLIPS, FULL_N, flag, SLIPS, FULL_N, flag])
-    assert [one.is_acting for one in protections.each] == [True, False]
-    assert [one.acts for one in protections.each] == [2, 0]
+        core.now.time_s = k / 10
+        core.set_flag(0, dumps(k / 10) < FULL_N)
+        core.look_at_slide_protections()
+    assert [wheel.protection.is_acting for wheel in core.wheels] == [True, False]
+    assert [wheel.work.wsp_actions for wheel in core.wheels] == [2, 0]

@@ -14,7 +14,6 @@ import numpy as np
 from numba import types
 from numpy.typing import NDArray
 
-from brake_monitor.arrays import Floats
 from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
@@ -46,8 +45,6 @@ from brake_monitor.estimation.model.friction_pause import pause_variance
 from brake_monitor.estimation.model.load_transfer import settling_share
 from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, motor_demand, rail_radps2
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
-
-GLANCES_KEPT = 64  # looks at slide protections in a run, ten for each second
 
 
 @dataclass
@@ -169,21 +166,14 @@ LASTING = ("channels", "tuning")  # ... and those that a run does not change
 
 
 class SampleColumns(NamedTuple):
-    """Samples of mapped signals, one array with an entry per sample each."""
+    """Samples of mapped signals, one array with an entry per sample each; and rows for what is known in between."""
 
     channel: Any  # int64
     time_s: Any  # float64
     value: Any  # float64
     is_good: Any  # bool
-    row: Any  # int64, of `Room.rows`, for what is known after the sample if it moved the filter's time on; -1: none
-
-
-class Room(NamedTuple):
-    """Arrays for what a run gives out."""
-
-    glances: Any  # (K, L), what slide protections are to see
-    readout: Any  # (`width`,), what is known as it comes to its end
-    rows: Any  # (M, `width`), what is known in between
+    row: Any  # int64, where in `rows` to write what is known after the sample, if it moved time on; -1: nowhere
+    rows: Any  # (M, `width`)
 
 
 class Played(NamedTuple):
@@ -192,12 +182,11 @@ class Played(NamedTuple):
     place: int  # of the first sample that is still to be dealt with
     outcome: int  # what became of it; TAKEN where the run came to its end
     fused: int  # place of the last one that was fused, -1 for none
-    glances: int  # at slide protections
 
 
-def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -> Played:
-    """Take samples up to one that is not ordinary."""
-    fused, count = -1, 0
+def play(core: Core, samples: SampleColumns, place: int, end: int, readout: Any) -> Played:
+    """Take samples up to one that is not ordinary; `readout` is for what is known at the end."""
+    fused = -1
     for k in range(place, end):
         channel = samples.channel[k]
         told = core.channels[channel]
@@ -205,19 +194,12 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, room: Room) -
             outcome = core.take(channel, samples.time_s[k], samples.value[k])
             if outcome == FUSED:
                 fused = k
-            if core.now.protections_due:
-                core.now.protections_due = False
-                for i in range(len(core.glance)):
-                    room.glances[count][i] = core.glance[i]
-                count += 1
             if outcome > FUSED:
-                return Played(k, outcome, fused, count)
+                return Played(k, outcome, fused)
         if samples.row[k] >= 0 and core.now.time_s == samples.time_s[k]:
-            read_out(core, room.rows[samples.row[k]])
-        if count == len(room.glances) and k + 1 < end:
-            return Played(k + 1, TAKEN, fused, count)
-    read_out(core, room.readout)
-    return Played(end, TAKEN, fused, count)
+            read_out(core, samples.rows[samples.row[k]])
+    read_out(core, readout)
+    return Played(end, TAKEN, fused)
 
 
 teach(
@@ -240,7 +222,7 @@ class CompiledCore:
         self._filter = FilterTuple.of(core.filter)
         self._load_n = np.array(core.load_n)
         numbers = {field.name: getattr(core, field.name) for field in fields(core)}
-        numbers |= {"load_n": self._load_n, "glance": np.array(core.glance), "filter": self._filter}
+        numbers |= {"load_n": self._load_n, "filter": self._filter}
         self._records: list[tuple[Sequence[object], NDArray[Any]]] = []
         self._mirrors = []
         for name in OBJECTS:
@@ -252,7 +234,6 @@ class CompiledCore:
             if name not in LASTING:
                 self._mirrors.append(Mirror(objects, records))
         self._numbers = HeldTuple(CoreTuple(**numbers))
-        self._glances = np.zeros((GLANCES_KEPT, len(core.glance)))
         self._readout = np.zeros(width(core.wheelset_count))
         self._play = _machine_code(self._numbers.kind)
 
@@ -279,14 +260,9 @@ class CompiledCore:
         readout: list[float] = self._readout.tolist()
         return readout
 
-    def room(self, rows: Floats) -> Room:
-        """For runs that write these rows."""
-        return Room(self._glances, self._readout, rows)
-
-    def play(self, samples: SampleColumns, place: int, end: int, room: Room) -> tuple[Played, list[list[float]]]:
-        """See `play` and `Room`; and what slide protections are to see, in order, each as `Core.glance`."""
-        played = Played(*self._play(self._numbers, samples, place, end, room))
-        return played, self._glances[: played.glances].tolist()
+    def play(self, samples: SampleColumns, place: int, end: int) -> Played:
+        """See `play`."""
+        return Played(*self._play(self._numbers, samples, place, end, self._readout))
 
 
 @cache
@@ -294,9 +270,8 @@ def _machine_code(core: Any) -> Callable[..., tuple[int, ...]]:
     """`play` for a core of this type, called without looking at types: that takes longer than most of its runs."""
     column = types.Array(types.float64, 1, "C")
     places, table = types.Array(types.int64, 1, "C"), types.Array(types.float64, 2, "C")
-    columns = (places, column, column, types.Array(types.bool_, 1, "C"), places)
-    samples, room = types.NamedTuple(columns, SampleColumns), types.NamedTuple((table, column, table), Room)
-    signature = (core, samples, types.int64, types.int64, room)
+    columns = (places, column, column, types.Array(types.bool_, 1, "C"), places, table)
+    signature = (core, types.NamedTuple(columns, SampleColumns), types.int64, types.int64, column)
     dispatcher = compiled(play)
     dispatcher.compile(signature)
     entry_point: Callable[..., tuple[int, ...]] = dispatcher.overloads[signature].entry_point

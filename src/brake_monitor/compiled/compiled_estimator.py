@@ -5,7 +5,7 @@ from bisect import bisect_left
 import numpy as np
 
 from brake_monitor.arrays import Floats, Ints
-from brake_monitor.compiled.compiled_core import CompiledCore, Room, SampleColumns
+from brake_monitor.compiled.compiled_core import CompiledCore, SampleColumns
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.core.core import ELSE
 from brake_monitor.estimation.core.correction import TAKEN
@@ -27,7 +27,6 @@ class CompiledEstimator:
         self._no_rows: Floats = np.zeros((0, width(estimator.core.wheelset_count)))
         self._block: SampleBlock | None = None
         self._columns: SampleColumns
-        self._room: Room
         self._others: list[Sample] = []  # samples of the block that tell the filter nothing ...
         self._places: list[int] = []  # ... and their places in it
 
@@ -41,10 +40,8 @@ class CompiledEstimator:
                 assert not self._is_ahead  # else what was done since would be lost
                 self._compiled.load()
                 self._changes = estimator.changes
-            played, glances = self._compiled.play(self._columns, place, end, self._room)
+            played = self._compiled.play(self._columns, place, end)
             self._is_ahead = True
-            for glance in glances:
-                estimator.protections.see(glance)
             for other in self._others[bisect_left(self._places, place) : bisect_left(self._places, played.place)]:
                 estimator.take_aside(other)
             if played.fused >= 0:
@@ -88,9 +85,9 @@ class CompiledEstimator:
         return self._estimator.estimate(time_s)
 
     def _begin(self, samples: SampleBlock, row: Ints, rows: Floats) -> None:
-        self._block, self._room = samples, self._compiled.room(rows)
+        self._block = samples
         is_good = samples.quality == Quality.GOOD
-        self._columns = SampleColumns(samples.channel, samples.time_s, samples.value, is_good, row)
+        self._columns = SampleColumns(samples.channel, samples.time_s, samples.value, is_good, row, rows)
         places = np.flatnonzero(self._aside[samples.channel] & is_good)
         self._others, self._places = samples.at(places), places.tolist()
 
@@ -98,4 +95,4 @@ class CompiledEstimator:
         """Write down what is known after a sample that the estimator has taken itself."""
         row, core = self._columns.row[place], self._estimator.core
         if row >= 0 and core.now.time_s == self._columns.time_s[place]:
-            read_out(core, self._room.rows[row])
+            read_out(core, self._columns.rows[row])

@@ -15,7 +15,6 @@ from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.inputs.alignment import Alignment
-from brake_monitor.estimation.inputs.slide_protection import SlideProtections
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.friction_pause import COMMON_SHARE, OWN_SHARE, onset_variance
@@ -66,8 +65,7 @@ class Estimator:
         self._trust = InputTrust(self.core, self._channel_numbers)
         self._known = KnownInputs(self.core)
         count, one_flag = len(self.core.wheels), self.core.one_wsp_signal
-        self.protections = SlideProtections(count, one_flag=one_flag)
-        self._statement = Statement(self._trust, self._known, self.protections, one_flag=one_flag)
+        self._statement = Statement(self._trust, self._known, count, one_flag=one_flag)
         self.changes = 0  # counts what happens to the core here: a compiled copy of it is out of date then
         self.reset_count = 0
         self.late_count = 0
@@ -87,9 +85,7 @@ class Estimator:
         if quality is not GOOD:
             return self._take_with_care(sample)
         outcome = self.core.take(self._channel_numbers[quantity, wheelset], time_s, value)
-        if outcome <= FUSED and not self._now.protections_due:  # the usual case
-            return outcome == FUSED
-        return self.conclude(outcome, sample)
+        return outcome == FUSED if outcome <= FUSED else self.conclude(outcome, sample)
 
     def take_aside(self, sample: Sample) -> None:
         """Take a good sample that tells the filter nothing."""
@@ -97,9 +93,6 @@ class Estimator:
 
     def conclude(self, outcome: int, sample: Sample) -> bool:
         """Do what the core has left to be done, by its outcome for a sample; whether a measurement was fused."""
-        if self._now.protections_due:
-            self._now.protections_due = False
-            self.protections.see(self.core.glance)
         if outcome <= FUSED:
             return outcome == FUSED
         if outcome == ASIDE:

@@ -16,6 +16,7 @@ from brake_monitor.estimation.doubts.seizing import Seizing
 from brake_monitor.estimation.doubts.spike_watch import SpikeWatch
 from brake_monitor.estimation.inputs.held_input import HeldInput
 from brake_monitor.estimation.inputs.pad_contact import PadContact
+from brake_monitor.estimation.inputs.slide_protection import SlideProtection
 from brake_monitor.estimation.model.wheelset import Wheelset, is_on_tread
 from brake_monitor.estimation.rolling.line_roughness import LineRoughness
 from brake_monitor.estimation.rolling.radius_calibration import RadiusCalibration
@@ -93,7 +94,7 @@ class WagonMoment:
         self.saved_s = [-inf] * SNAPSHOTS  # when each was, in this brake application or since the last one; -inf: none
         self.newest_snapshot = 0
         self.protections_s = -inf  # when slide protections were looked at last
-        self.protections_due = False  # they are to look now
+        self.flagged = -1  # the wheelset that a flag for all of them is about; -1: none
         self.consistency = Consistency()
 
     def hand_over(self, gradient_mps2: float) -> None:
@@ -135,6 +136,7 @@ class WheelsetMoment:
         self.radius = RadiusCalibration(own.wheel_radius_m)
         self.work = WheelsetWork()
         self.checks = WheelChecks()
+        self.protection = SlideProtection()
         self.begin_load_n = wheel_load_n  # (4), in the last step: mu_w agrees with it
         self.wheel_load_n = wheel_load_n  # ... in this one
         self.next_wheel_load_n = wheel_load_n  # ... after it

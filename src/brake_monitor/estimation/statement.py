@@ -19,7 +19,6 @@ from brake_monitor.estimation.core.readout import (
 from brake_monitor.estimation.doubts.consistency import in_words
 from brake_monitor.estimation.estimate import BEGINS, Estimate, Status, WheelsetEstimate
 from brake_monitor.estimation.input_trust import InputTrust
-from brake_monitor.estimation.inputs.slide_protection import SlideProtection, SlideProtections
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.samples import Measurand, Quantity
 
@@ -43,12 +42,11 @@ REASONS: Mapping[float, tuple[str, ...]] = {
 class Statement:
     """Says what the readout of one estimator means."""
 
-    def __init__(self, trust: InputTrust, known: KnownInputs, protections: SlideProtections, *, one_flag: bool) -> None:
+    def __init__(self, trust: InputTrust, known: KnownInputs, wheelset_count: int, *, one_flag: bool) -> None:
         """`one_flag`: that of the first wheelset is for all."""
         self._trust = trust
         self._known = known
-        self._protections = protections.each
-        self._signals = _signals_of(len(protections.each), one_flag=one_flag)
+        self._signals = _signals_of(wheelset_count, one_flag=one_flag)
         self._trusted = trust.known
         self._unknown = frozenset(self._signals)
 
@@ -69,7 +67,7 @@ class Statement:
             saturated=wagon.saturated != 0.0,
             deceleration_mps2=wagon.deceleration_mps2,
             deceleration_std_mps2=wagon.deceleration_std_mps2,
-            wheelsets=tuple([_wheelset(*each, status) for each in zip(found, self._protections, strict=True)]),
+            wheelsets=tuple([_wheelset(each, status) for each in found]),
             mass_kg=wagon.mass_kg,
             sanding=self._known.sanding,
             latitude_deg=self._known.position_deg.get(Quantity.LATITUDE),
@@ -106,7 +104,7 @@ def _signals_of(wheelset_count: int, *, one_flag: bool) -> dict[Measurand, Measu
     return signals
 
 
-def _wheelset(found: WheelsetReadout, protection: SlideProtection, status: Status) -> WheelsetEstimate:
+def _wheelset(found: WheelsetReadout, status: Status) -> WheelsetEstimate:
     return WheelsetEstimate(
         omega_radps=found.omega_radps,
         omega_noise=found.omega_noise,
@@ -122,8 +120,8 @@ def _wheelset(found: WheelsetReadout, protection: SlideProtection, status: Statu
         renewed_slides=int(found.renewed_slides),
         speed_scatters=found.speed_scatters != 0.0,
         wsp_active=found.wsp_active != 0.0,
-        is_protected=protection.is_acting,
+        is_protected=found.is_protected != 0.0,
         motor_force_n=None if isnan(found.motor_force_n) else found.motor_force_n + 0.0,
         relative_load=found.relative_load,
-        work=WheelsetWork(found.pad_energy_j, found.force_travel_nm, found.sliding_distance_m, protection.acts),
+        work=WheelsetWork(found.pad_energy_j, found.force_travel_nm, found.sliding_distance_m, int(found.wsp_actions)),
     )

@@ -58,7 +58,6 @@ class CoreNumbers:
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
-    glance: MutableSequence[float]  # for slide protections: time and speed; slip, pressing force, flag of each wheelset
     tuning: CoreTuning
     foretold: Foretold
     largest_deceleration_mps2: float

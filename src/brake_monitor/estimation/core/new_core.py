@@ -55,7 +55,6 @@ def new_core(
         readings=[Readings(std) for std in noise_std],
         channels=[_state(channel, tuning, layout.speed) for channel in channels],
         load_n=[nan] * sum(channel.quantity is Quantity.LOAD_FORCE for channel in channels),
-        glance=[0.0] * (2 + 3 * layout.wheelset_count),
         tuning=CoreTuning(*(getattr(tuning, field.name) for field in fields(CoreTuning))),
         foretold=Foretold(foretells),
         largest_deceleration_mps2=UNEXPLAINED_SIGMAS * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),

@@ -75,7 +75,7 @@ class Prediction(RegimeWatch):
         self.add_work(step_s)
         self.follow_forces(step_s)
         if not 0.0 <= now.time_s - now.protections_s < PERIOD_S:
-            self.glance_at_wheelsets()
+            self.look_at_slide_protections()
         if now.time_s - now.saved_s[now.newest_snapshot] >= SNAPSHOT_SPACING_S:
             self.save_snapshot()
 
@@ -214,13 +214,19 @@ class Prediction(RegimeWatch):
             pressing_force_n -= wheel.wheel_torque_nm / (wheel.brake_radius_m * friction)
         return pressing_force_n
 
-    def glance_at_wheelsets(self) -> None:
-        """Write down in `glance` what slide protections are to see, now that they are due."""
-        now, glance = self.now, self.glance
-        now.protections_s, now.protections_due = now.time_s, True
-        glance[0], glance[1] = now.time_s, self.speed_mps()
+    def look_at_slide_protections(self) -> None:
+        """Show slide protections what they do. A flag for all wheelsets is about the one that slid most as it rose."""
+        now = self.now
+        now.protections_s = now.time_s
+        if not now.wsp_active:
+            now.flagged = -1
+        elif now.flagged < 0:
+            now.flagged = 0
+            for i in range(1, self.wheelset_count):
+                if self.slip(i) > self.slip(now.flagged):
+                    now.flagged = i
         for i in range(self.wheelset_count):
-            wheel, place = self.wheels[i], 2 + 3 * i
-            glance[place] = self.slip(i)
-            glance[place + 1] = wheel.force.value
-            glance[place + 2] = 1.0 if wheel.wsp_active else 0.0
+            wheel = self.wheels[i]
+            flagged = i == now.flagged if self.one_wsp_signal else wheel.wsp_active
+            if wheel.protection.see(now.time_s, self.slip(i), self.speed_mps(), wheel.force.value, flagged):
+                wheel.work.wsp_actions += 1

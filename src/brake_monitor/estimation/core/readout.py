@@ -58,6 +58,8 @@ class WheelsetReadout(NamedTuple):
     pad_energy_j: float
     force_travel_nm: float
     sliding_distance_m: float
+    wsp_actions: float
+    is_protected: float
     motor_force_n: float  # NaN: not told
     relative_load: float
 
@@ -142,6 +144,8 @@ def of_wheelset(core: CoreNumbers, i: int, settles: bool, doubts: int) -> Wheels
         wheel.work.pad_energy_j,
         wheel.work.force_travel_nm,
         wheel.work.sliding_distance_m,
+        float(wheel.work.wsp_actions),
+        1.0 if wheel.protection.is_acting else 0.0,
         -wheel.torque.value / wheel.radius.radius_m if wheel.motor_torque_known else nan,
         load_share(core, i) * core.wheelset_count,
     )
