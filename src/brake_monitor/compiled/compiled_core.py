@@ -17,33 +17,21 @@ from numpy.typing import NDArray
 from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
 from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
+from brake_monitor.estimation import estimate
+from brake_monitor.estimation.core import readout
 from brake_monitor.estimation.core.core import ELSE, Core
 from brake_monitor.estimation.core.correction import FUSED, TAKEN
-from brake_monitor.estimation.core.readout import (
-    load_share,
-    of_wagon,
-    of_wheelset,
-    read_out,
-    timed_variance,
-    trust_in,
-    unproven_mps,
-    unseen_adhesion_std,
-    unseen_friction_variance,
-    width,
-)
-from brake_monitor.estimation.doubts.still_force import moves
-from brake_monitor.estimation.estimate import slip_of
+from brake_monitor.estimation.core.readout import read_out, width
+from brake_monitor.estimation.doubts import still_force
 from brake_monitor.estimation.filter.belief import Belief
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.filter_lines import flat_sources
-from brake_monitor.estimation.kalman import ekf
+from brake_monitor.estimation.kalman import ekf, foretold
 from brake_monitor.estimation.kalman.ekf import Innovation, Measured
-from brake_monitor.estimation.kalman.foretold import log_normal, log_sum
+from brake_monitor.estimation.model import acting, brake_step, friction_pause, load_transfer, wheelset
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon, acting_on_wagon, acting_on_wheelset
 from brake_monitor.estimation.model.brake_step import StepLength, share_memory_steps
-from brake_monitor.estimation.model.friction_pause import pause_variance
 from brake_monitor.estimation.model.load_transfer import settling_share
-from brake_monitor.estimation.model.wheelset import brake_radps2, braking_ratio, motor_demand, rail_radps2
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
 
 
@@ -204,13 +192,8 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, readout: Any)
 
 teach(
     (CoreTuple, Innovation, Measured, FilterTuple),
-    (
-        acting_on_wagon, acting_on_wheelset, slip_of, ekf.correct, share_memory_steps, settling_share, moves,
-        read_out, of_wagon, of_wheelset, load_share, timed_variance, trust_in, unproven_mps, unseen_adhesion_std,
-        unseen_friction_variance, pause_variance, log_normal, log_sum, rail_radps2, brake_radps2, braking_ratio,
-        motor_demand,
-    ),
-)  # fmt: skip
+    (estimate, readout, still_force, ekf, foretold, acting, brake_step, friction_pause, load_transfer, wheelset),
+)
 
 
 class CompiledCore:

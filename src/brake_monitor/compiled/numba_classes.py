@@ -10,6 +10,7 @@ from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import fields
 from functools import cache
 from inspect import isfunction
+from types import ModuleType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -104,10 +105,11 @@ def _names(thing: object) -> tuple[str, ...]:
     return getattr(thing, "__struct_fields__", None) or tuple(vars(thing))
 
 
-def teach(tuples: Iterable[type], functions: Iterable[Callable[..., Any]]) -> None:
-    """Make known what NamedTuples can do, and functions beside them."""
-    for function in functions:
-        _compilable(function)
+def teach(tuples: Iterable[type], modules: Iterable[ModuleType]) -> None:
+    """Make known what NamedTuples can do, and the functions of modules beside them."""
+    for module in modules:
+        for function in filter(isfunction, vars(module).values()):
+            _compilable(function)
     for one in tuples:
         _teach_members(types.NamedTuple, one)
         _teach_members(types.NamedUniTuple, one)

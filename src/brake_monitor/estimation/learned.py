@@ -7,11 +7,10 @@ from msgspec import Struct
 from msgspec.structs import replace
 
 from brake_monitor.errors import InputError
-from brake_monitor.estimation.filter.physical import FRICTION_RANGE
+from brake_monitor.estimation.filter.physical import FRICTION_RANGE, LARGEST_DECELERATION_MPS2
 from brake_monitor.estimation.rolling.line_roughness import LARGEST_DENSITY
 from brake_monitor.estimation.rolling.radius_calibration import PRIOR_S, radius_range
 
-LARGEST_DECELERATION_MPS2 = 3.0  # a train that stops, and pulls the wagon along at its coupler
 LARGEST_MASS_KG = 1e6  # far beyond any wagon
 
 

@@ -6,6 +6,7 @@ from brake_monitor.estimation.core.change_doubt import ChangeDoubt
 from brake_monitor.estimation.core.regime_watch import LOCKED_FRACTION, QUICK_SLIP, ROLLING_AGAIN_S
 from brake_monitor.estimation.doubts.consistency import BIASED
 from brake_monitor.estimation.estimate import SLOWEST_MPS
+from brake_monitor.estimation.filter.physical import LARGEST_DECELERATION_MPS2
 from brake_monitor.estimation.kalman.foretold import STRANGE_STD_MPS
 from brake_monitor.estimation.model.wheelset import brake_radps2, rail_radps2
 from brake_monitor.settings.bounds import LARGEST_FRICTION
@@ -25,7 +26,6 @@ LARGEST_ADHESION = 0.5  # of a dry rail
 UNBRAKED_RADPS2 = 10.0  # what else turns a wheelset that no brake slows down, or that the rail has brought to rolling
 ROLLING_STD = 3e-3  # of the speed of a wheelset that rolls freely: what its radius is not known by, and curves
 CREEPING_STD = 2e-2  # ... and of one under a brake
-FASTEST_WAGON_MPS2 = 3.0  # beyond the model's own prediction
 
 # What became of a sample.
 TAKEN, FUSED, ASIDE, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(7)
@@ -170,7 +170,7 @@ class Correction(ChangeDoubt):
                 return True
         own_variance = radius_m * radius_m * variance
         residual, total_variance = self.innovation(n, rolling_mps, own_variance)
-        gate = OUTLIER_SIGMA * sqrt(total_variance) + FASTEST_WAGON_MPS2 * self.readings[i].spacing_s
+        gate = OUTLIER_SIGMA * sqrt(total_variance) + LARGEST_DECELERATION_MPS2 * self.readings[i].spacing_s
         total_variance += std * std * rolling_mps * rolling_mps
         return abs(residual) > gate or self.filter.fuse(now, self.wheels, n, residual, total_variance)
 
@@ -181,7 +181,7 @@ class Correction(ChangeDoubt):
         `since_s`: since the last one that was used.
         """
         n = self.wheelset_count
-        fastest = FASTEST_WAGON_MPS2 if index == n else self.fastest_radps2(index, residual, gate)
+        fastest = LARGEST_DECELERATION_MPS2 if index == n else self.fastest_radps2(index, residual, gate)
         if abs(residual) <= gate + fastest * unseen_s:
             return False
         return index == n or not self.has_acceleration_ended(index, residual, gate, since_s)

@@ -244,10 +244,15 @@ class RegimeWatch(MotorWatch):
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
             if now.time_s - now.application.began_s < PULL_ENDS_S:
                 density += now.application.pull_variance / PULL_CUT_S
-        if not now.all_roll and self.any_seizes():  # a coupler takes that up at once
+        any_locked = any_untold = any_seizes = False
+        for wheel in self.wheels:
+            any_locked = any_locked or not wheel.turns
+            any_untold = any_untold or wheel.is_untold
+            any_seizes = any_seizes or wheel.seizing.is_on
+        if any_seizes:  # a coupler takes that up at once
             density = max(density, q.deceleration_sliding)
-        if density > 0.0 and self.any_untold():
-            if self.any_locked():
+        if density > 0.0 and any_untold:
+            if any_locked:
                 density += LOCKED_LINE_DENSITY * self.speed_mps()
             if self.is_speed_doubtful():
                 self.doubt_untold_adhesion()
@@ -264,29 +269,8 @@ class RegimeWatch(MotorWatch):
             per_metre += CURVES_DENSITY * steeper * steeper
         now.deceleration_density = density + now.following_density + per_metre * self.speed_mps()
 
-    def any_locked(self) -> bool:
-        """Whether a wheelset is locked."""
-        any_locked = False
-        for wheel in self.wheels:
-            any_locked = any_locked or not wheel.turns
-        return any_locked
-
-    def any_untold(self) -> bool:
-        """Whether a wheelset is locked, or its force lost: its adhesion and d show in v alone, which tells neither."""
-        any_untold = self.any_locked()
-        for wheel in self.wheels:
-            any_untold = any_untold or wheel.force_lost
-        return any_untold
-
-    def any_seizes(self) -> bool:
-        """Whether a wheelset is stopped by more than is told of."""
-        any_seizes = False
-        for wheel in self.wheels:
-            any_seizes = any_seizes or wheel.seizing.is_on
-        return any_seizes
-
     def doubt_untold_adhesion(self) -> None:
         """Let mu_w of these wheelsets change quickly."""
         for wheel in self.wheels:
-            if wheel.force_lost or not wheel.turns:
+            if wheel.is_untold:
                 wheel.adhesion_density = UNTOLD_ADHESION_DENSITY

@@ -12,7 +12,7 @@ DECAY_RANGE = (-0.5, 1.0)  # s/m
 UPTAKE_RANGE = (-1.0, 1.5)
 LAG_RANGE = (-0.12, 0.5)  # s; below 0 it is the pressing forces that come late
 TORQUE_ERROR_RANGE = (-0.5, 0.5)
-DECELERATION_RANGE = (-3.0, 3.0)  # m/s2; as quickly as a reading of v may leave its prediction
+LARGEST_DECELERATION_MPS2 = 3.0  # of what the model leaves out: a train that stops, and pulls the wagon at its coupler
 LARGEST = 1e100  # a number beyond this is not finite enough: a few of them must still add up to a finite one
 
 
@@ -22,7 +22,7 @@ def physical_range(s: StateLayout) -> tuple[Vector, Vector]:
     lower[s.kinematic] = [0.0] * (s.speed + 1)
     for block, (least, greatest) in ((s.friction, FRICTION_RANGE), (s.adhesion, ADHESION_RANGE)):
         lower[block], upper[block] = [least] * s.wheelset_count, [greatest] * s.wheelset_count
-    lower[s.deceleration], upper[s.deceleration] = DECELERATION_RANGE
+    lower[s.deceleration], upper[s.deceleration] = -LARGEST_DECELERATION_MPS2, LARGEST_DECELERATION_MPS2
     lower[s.force_effect], upper[s.force_effect] = FORCE_EFFECT_RANGE
     lower[s.decay], upper[s.decay] = DECAY_RANGE
     for place in range(s.uptake.start, s.uptake.stop):
