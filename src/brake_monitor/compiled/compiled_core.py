@@ -30,8 +30,7 @@ from brake_monitor.estimation.kalman import ekf, foretold
 from brake_monitor.estimation.kalman.ekf import Innovation, Measured
 from brake_monitor.estimation.model import acting, brake_step, friction_pause, load_transfer, wheelset
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon, acting_on_wagon, acting_on_wheelset
-from brake_monitor.estimation.model.brake_step import StepLength, share_memory_steps
-from brake_monitor.estimation.model.load_transfer import settling_share
+from brake_monitor.estimation.model.brake_step import StepLength, step_length
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
 
 
@@ -54,11 +53,10 @@ class FilterArrays(Belief):
     most: Any  # (n,)
     friction_place: int  # of the first mu_b,i
     lag_place: int  # of L
-    given: Any  # arguments of `step`: x, P, the step, what acts on wagon and wheelsets, and fixed densities
+    given: Any  # arguments of both lines: x, P, the step, what acts on wagon and wheelsets, and fixed densities
     carried: Any  # results of `step`: x and P
     corrected: Any  # (n, n) P after a reading
-    loads_given: Any  # arguments of `follow` ...
-    loads: Any  # ... and its results
+    loads: Any  # results of `follow`
     step: FlatFunction  # the prediction
     follow: FlatFunction  # the wheel loads after it
 
@@ -86,7 +84,6 @@ class FilterArrays(Belief):
             given=given,
             carried=np.zeros(both),
             corrected=np.zeros((size, size)),
-            loads_given=np.zeros(size + len(ActingOnWagon._fields) + 1),
             loads=np.zeros(count + 1),
             step=step,
             follow=follow,
@@ -94,44 +91,29 @@ class FilterArrays(Belief):
 
     def predict(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """As BrakeFilter does."""
-        n, size = len(wheels), len(self.x)
-        for k in range(size):
+        place = self.give(len(self.carried), step_length(step_s))
+        place = self.give(place, acting_on_wagon(now))
+        for i in range(len(wheels)):
+            place = self.give(place, acting_on_wheelset(wheels[i]))
+        for k in range(len(self.x)):
             self.free[k] = 1.0 if k <= self.speed_place or not now.near_standstill else 0.0
         if now.near_standstill:
             self.admit_unseen(step_s)
         else:
-            self.give_step(now, wheels, step_s)
+            for i in range(len(wheels)):
+                self.free[self.friction_place + i] = wheels[i].friction_observable
             self.step(self.given, self.carried)
-            for k in range(len(self.carried)):
-                self.given[k] = self.carried[k]
-        for k in range(size):
-            self.loads_given[k] = self.x[k]
-        on_wagon = acting_on_wagon(now)
-        for k in range(len(on_wagon)):
-            self.loads_given[size + k] = on_wagon[k]
-        self.loads_given[size + len(on_wagon)] = settling_share(step_s)
-        self.follow(self.loads_given, self.loads)
+            self.give(0, self.carried)
+        self.follow(self.given, self.loads)
         now.pitching_mps2 = self.loads[0]
-        for i in range(n):
+        for i in range(len(wheels)):
             wheels[i].next_wheel_load_n = self.loads[1 + i]
 
-    def give_step(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
-        """Write down what acts on the wagon, in the order in which BrakeFilter does."""
-        given, place = self.given, len(self.carried)
-        given[place] = step_s
-        given[place + 1] = share_memory_steps(step_s)
-        given[place + 2] = settling_share(step_s)
-        place += 3
-        on_wagon = acting_on_wagon(now)
-        for k in range(len(on_wagon)):
-            given[place + k] = on_wagon[k]
-        place += len(on_wagon)
-        for i in range(len(wheels)):
-            self.free[self.friction_place + i] = wheels[i].friction_observable
-            acting = acting_on_wheelset(wheels[i])
-            for k in range(len(acting)):
-                given[place + k] = acting[k]
-            place += len(acting)
+    def give(self, place: int, numbers: Sequence[float]) -> int:
+        """Write down arguments from this place on, in the order in which BrakeFilter has them; the place after them."""
+        for k in range(len(numbers)):
+            self.given[place + k] = numbers[k]
+        return place + len(numbers)
 
     def fuse(
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float

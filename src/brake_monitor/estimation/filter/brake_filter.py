@@ -18,8 +18,7 @@ from brake_monitor.estimation.filter.physical import physical_range
 from brake_monitor.estimation.kalman import ekf
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.acting import Acting, acting_on_wheelset
-from brake_monitor.estimation.model.brake_step import share_memory_steps
-from brake_monitor.estimation.model.load_transfer import settling_share
+from brake_monitor.estimation.model.brake_step import step_length
 from brake_monitor.estimation.model.regime import FixedDensities, free_states
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
@@ -195,14 +194,13 @@ class BrakeFilter(Belief):
 
     def predict(self, now: WagonMoment, wheels: Sequence[WheelsetMoment], step_s: float) -> None:
         """Predict x, P and the wheel loads over a step; near standstill x stays and P grows."""
-        share = settling_share(step_s)
+        length = step_length(step_s)
         if now.near_standstill:
             self.admit_unseen(step_s)
-            now.pitching_mps2, loads_n = self._loads()(self.x, now, share)
+            now.pitching_mps2, loads_n = self._loads()(self.x, now, length.settling_share)
         else:
             step = self._step(now.braked, now.driven, now.all_roll, now.has_slid, now.lag_observable, self.is_taped)
-            memory_steps = 0.0 if now.all_roll else share_memory_steps(step_s)
-            predicted = step(self.x, self.covariance, (step_s, memory_steps, share), now, wheels)
+            predicted = step(self.x, self.covariance, length, now, wheels)
             self.x, self.covariance, matrices, now.pitching_mps2, loads_n = predicted
             if matrices:
                 self.note_step(*matrices)

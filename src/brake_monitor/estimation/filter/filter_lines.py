@@ -112,16 +112,18 @@ def correction_line(
 def flat_sources(equations: Equations) -> tuple[str, str]:
     """The source, by `flat_source`, of the prediction for any densities, and that of the wheel loads after it."""
     wagon, densities, _ = equations
-    x, covariance = _state(wagon.layout)
     now = ActingOnWagon(*[0.0] * len(ActingOnWagon._fields))
     acting = [Acting(*[0.0] * len(Acting._fields)) for _ in range(wagon.layout.wheelset_count)]
+    given = _state(wagon.layout), StepLength(0.0, 0.0, 0.0), now, acting, densities
 
     def step(*given: Any) -> tuple[Vector, Matrix]:
         *others, densities = given
         return _predicted(equations._replace(densities=densities), *others)[:2]
 
-    step_source = flat_source(step, (x, covariance), StepLength(0.0, 0.0, 0.0), now, acting, densities)
-    return step_source, flat_source(partial(loads_after_step, wagon), x, now, 0.0)
+    def loads(state: tuple[Vector, Matrix], length: StepLength, now: ActingOnWagon, *_: Any) -> tuple[float, Vector]:
+        return loads_after_step(wagon, state[0], now, length.settling_share)
+
+    return flat_source(step, *given), flat_source(loads, *given)
 
 
 def measured_of(layout: StateLayout, index: int, speed_per_lag_mps2: float) -> Measured:

@@ -115,7 +115,7 @@ def flat_source(function: Callable[..., Any], *examples: Any) -> str:
     """The same as the source of `straight(given, result)`: all numbers in one array, all results in another."""
     _, writer, result = _followed(function, examples)
     lines = [f"result[{place}] = {writer.text(value)}" for place, value in enumerate(_values(result))]
-    arguments = [f"{name} = given[{place}]" for place, name in enumerate(writer.arguments)]
+    arguments = [f"{one.name} = given[{place}]" for place, one in enumerate(writer.arguments) if writer.uses[one]]
     body = "\n    ".join([*arguments, *writer.lines, *lines])
     return f"def straight(given, result):\n    {body}\n"
 
@@ -143,12 +143,12 @@ class _Writer:
 
     def __init__(self) -> None:
         self.lines: list[str] = []
-        self.arguments: list[str] = []
+        self.arguments: list[Symbol] = []
         self._journal = Journal()
         self._argument_names = (f"a{number}" for number in count())
         self._object_names = (f"o{number}" for number in count())
         self._local_names = (f"t{number}" for number in count())
-        self._uses: Counter[Symbol] = Counter()
+        self.uses: Counter[Symbol] = Counter()
         self._named: dict[Symbol, str] = {}
 
     def argument(self, example: Any) -> tuple[str, Any]:
@@ -157,9 +157,8 @@ class _Writer:
             name = next(self._object_names)
             return name, example.shape(*(self._symbol(f"{name}.{one}") for one in example.shape._fields))
         if not isinstance(example, (list, tuple)):
-            name = next(self._argument_names)
-            self.arguments.append(name)
-            return name, self._symbol(name)
+            self.arguments.append(self._symbol(next(self._argument_names)))
+            return self.arguments[-1].name, self.arguments[-1]
         parts = [self.argument(part) for part in example]
         symbols = [symbol for _, symbol in parts]
         shaped = type(example)(*symbols) if hasattr(example, "_fields") else type(example)(symbols)
@@ -174,8 +173,8 @@ class _Writer:
         while waiting:
             value = waiting.pop()
             if isinstance(value, Symbol):
-                self._uses[value] += 1
-                if self._uses[value] == 1:
+                self.uses[value] += 1
+                if self.uses[value] == 1:
                     waiting += [value.left, value.right]
 
     def text(self, value: Any) -> str:
@@ -190,7 +189,7 @@ class _Writer:
             return value.name
         if value not in self._named:
             expression = value.name or f"({self.text(value.left)} {value.operator} {self.text(value.right)})"
-            if self._uses[value] == 1 and len(expression) < LONGEST_EXPRESSION:
+            if self.uses[value] == 1 and len(expression) < LONGEST_EXPRESSION:
                 return expression
             self._named[value] = next(self._local_names)
             self.lines.append(f"{self._named[value]} = {expression}")

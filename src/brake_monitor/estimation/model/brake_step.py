@@ -4,6 +4,7 @@ Plain arithmetic on numbers: `straight_line` compiles it for each wagon.
 """
 
 from collections.abc import Sequence
+from math import exp
 from typing import NamedTuple
 
 from brake_monitor.estimation.kalman import ekf
@@ -13,6 +14,7 @@ from brake_monitor.estimation.model.regime import FixedDensities, density
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.model.wheelset import brake_radps, braking_ratio, motor_demand
 
+PITCH_S = 0.3  # bodies pitch with one or two hertz
 SHARE_MEMORY_S = 0.01  # for so long the error of c_i, see `_response`, stays the same
 SHORTEST_STEP_S = 0.005  # shorter steps count as this: frames that a gateway bunches are not as close as their times
 IMPULSE_DOUBT = 2.0  # variance, as a multiple of the estimated error's square
@@ -22,8 +24,8 @@ class StepLength(NamedTuple):
     """How long a step is, and what follows from that alone."""
 
     step_s: float
-    share_memory_steps: float  # see `share_memory_steps`
-    settling_share: float  # of the wheel loads, see `settling_share`
+    share_memory_steps: float  # for how many steps of this length the error of c_i, see `_response`, stays the same
+    settling_share: float  # which part of the way to their settled values the wheel loads go
 
 
 class Conditions(NamedTuple):
@@ -70,9 +72,9 @@ class WheelsetResponse(NamedTuple):
     omega_variance: float  # (rad/s)², of omega_i, as the impulse ∫F dt of the step is not known exactly
 
 
-def share_memory_steps(step_s: float) -> float:
-    """For how many steps of this length the error of c_i, see `_response`, stays the same."""
-    return SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S)
+def step_length(step_s: float) -> StepLength:
+    """A step of this length."""
+    return StepLength(step_s, SHARE_MEMORY_S / max(step_s, SHORTEST_STEP_S), 1.0 - exp(-step_s / PITCH_S))
 
 
 def literal_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -> Predicted:

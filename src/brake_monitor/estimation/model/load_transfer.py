@@ -6,22 +6,14 @@ draw mu_b to nothing (`tests/estimation/test_long_braking.py`).
 """
 
 from collections.abc import Sequence
-from math import exp
 
 from brake_monitor.estimation.kalman.ekf import Vector
 from brake_monitor.estimation.model.acting import ActingOnWagon
 from brake_monitor.estimation.model.wagon import Wagon
 
-PITCH_S = 0.3  # bodies pitch with one or two hertz
-
 
 def loads_after_step(wagon: Wagon, x: Sequence[float], now: ActingOnWagon, share: float) -> tuple[float, Vector]:
-    """The part of v̇ that pitches the wagon, after a step, and the N wheel loads; `share`: see `settling_share`."""
+    """The part of v̇ that pitches the wagon, after a step, and the N wheel loads; `share`: see `StepLength`."""
     settled_mps2 = wagon.pitching_mps2(x, now.mass_kg, now.heading)
     pitching_mps2 = now.pitching_mps2 + (settled_mps2 - now.pitching_mps2) * share
     return pitching_mps2, wagon.wheel_load_n(pitching_mps2, now.mass_kg)
-
-
-def settling_share(step_s: float) -> float:
-    """Which part of the way to their settled values the wheel loads go in a step."""
-    return 1.0 - exp(-step_s / PITCH_S)
