@@ -13,35 +13,38 @@ from msgspec.structs import asdict, replace
 from brake_monitor.settings.config import EstimatorSettings, Preset
 
 
-class Tuning(Struct, frozen=True):
-    """Spectral densities per second, initial standard deviations, and the paper's fixed R where it applies."""
+class Tuning(Struct, frozen=True, kw_only=True):
+    """Spectral densities per second, initial standard deviations, and the paper's fixed R where it applies.
+
+    0 is for what a preset's model does not have.
+    """
 
     omega: float  # (rad/s)²/s, what the wheel equation leaves out
     speed: float  # (m/s)²/s, what the speed equation leaves out beside d
     friction: float  # 1/s, common to all brake units (weather, speed, heat)
-    friction_own: float  # 1/s, each brake unit by itself
+    friction_own: float = 0.0  # 1/s, each brake unit by itself
     adhesion: float  # 1/s, common to all wheelsets
-    adhesion_own: float  # 1/s, each wheelset by itself while it rolls
-    adhesion_sliding: float  # 1/s, each wheelset by itself while it slides
-    deceleration: float  # (m/s²)²/s while no brake is applied
-    deceleration_braking: float  # (m/s²)²/s while braking ...
-    deceleration_sliding: float  # ... and a wheelset slides, or did lately
-    deceleration_per_metre: float  # (m/s²)²/m, whether it brakes or not: the gradient changes as the wagon runs
-    deceleration_doubted: float  # (m/s²)²/s more while the speed contradicts the forces: the gradient changes quickly
-    friction_doubted: float  # 1/s meanwhile, together with d and mu_w: what friction learned may have been the gradient
-    deceleration_onset_std: float  # m/s², by how much d may jump as a brake application begins
-    friction_own_std: float  # how far one brake unit's friction lies from the others' at first: 3 %
+    adhesion_own: float = 0.0  # 1/s, each wheelset by itself while it rolls
+    adhesion_sliding: float = 0.0  # 1/s, each wheelset by itself while it slides
+    deceleration: float = 0.0  # (m/s²)²/s while no brake is applied
+    deceleration_braking: float = 0.0  # (m/s²)²/s while braking ...
+    deceleration_sliding: float = 0.0  # ... and a wheelset slides, or did lately
+    deceleration_per_metre: float = 0.0  # (m/s²)²/m, whether it brakes or not: the gradient changes as the wagon runs
+    deceleration_doubted: float = 0.0  # (m/s²)²/s more while the speed contradicts the forces: as gradients change
+    friction_doubted: float = 0.0  # 1/s meanwhile, with d and mu_w: what friction learned may be the gradient's
+    deceleration_onset_std: float = 0.0  # m/s², by how much d may jump as a brake application begins
+    friction_own_std: float = 0.0  # how far one brake unit's friction lies from the others' at first: 3 %
     adhesion_std: float
-    deceleration_std: float  # m/s²
+    deceleration_std: float = 0.0  # m/s²
     converged_adhesion_std: float  # below it an estimate is `valid`
     converged_friction_std: float
-    adhesion_decay: float  # (s/m)²/s of adhesion with slip speed, while wheelsets slide
-    adhesion_decay_std: float  # s/m
-    uptake: float  # 1/s, of the shares C_k of a changing brake torque that the rail takes up, in slides
-    uptake_std: float  # ... at first, about:
+    adhesion_decay: float = 0.0  # (s/m)²/s of adhesion with slip speed, while wheelsets slide
+    adhesion_decay_std: float = 0.0  # s/m
+    uptake: float = 0.0  # 1/s, of the shares C_k of a changing brake torque that the rail takes up, in slides
+    uptake_std: float = 0.0  # ... at first, about:
     first_uptake: tuple[float, float, float]  # before any slide
-    force_effect_std: float  # of E, see `wagon`
-    speed_lag_std: float  # s, by how much readings of the vehicle's speed may come late, or the forces
+    force_effect_std: float = 0.0  # of E, see `wagon`
+    speed_lag_std: float = 0.0  # s, by how much readings of the vehicle's speed may come late, or the forces
     torque_error_std: float  # of K
     literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
     omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
@@ -79,7 +82,6 @@ WAGON = Tuning(
     deceleration_per_metre=1e-6,
     deceleration_doubted=0.05,
     friction_doubted=1e-2,
-    deceleration_onset_std=0.0,
     friction_own_std=0.011,
     adhesion_std=0.05,
     deceleration_std=0.1,  # about a 10 per mille gradient
@@ -110,33 +112,15 @@ TRAIN = replace(  # what differs there
     speed_lag_std=0.07,
 )
 
-RIG = Tuning(
+RIG = Tuning(  # (19), which has no d, and no adhesion that decays or is taken up in shares
     omega=1e1 / PAPER_STEP_S,  # Q_11
     speed=1e-5 / PAPER_STEP_S,  # Q_22
     friction=1e-3 / PAPER_STEP_S,  # Q_33
-    friction_own=0.0,
     adhesion=1e-1 / PAPER_STEP_S,  # Q_44
-    adhesion_own=0.0,
-    adhesion_sliding=0.0,
-    deceleration=0.0,  # (19) has no d
-    deceleration_braking=0.0,
-    deceleration_sliding=0.0,
-    deceleration_per_metre=0.0,
-    deceleration_doubted=0.0,
-    friction_doubted=0.0,
-    deceleration_onset_std=0.0,
-    friction_own_std=0.0,
     adhesion_std=0.05,
-    deceleration_std=0.0,
     converged_adhesion_std=inf,  # the paper's covariances say nothing about the error
     converged_friction_std=inf,
-    adhesion_decay=0.0,  # nor a decay
-    adhesion_decay_std=0.0,
-    uptake=0.0,  # nor a rail that takes up shares
-    uptake_std=0.0,
     first_uptake=WAGON.first_uptake,
-    force_effect_std=0.0,
-    speed_lag_std=0.0,
     torque_error_std=0.05,  # K is no state
     literal=True,
     omega_variance=1e-9,  # R_11
