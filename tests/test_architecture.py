@@ -65,7 +65,7 @@ LAYERS = {
             "learned "
             "core core.core_numbers core.motor_watch core.regime_watch core.prediction core.friction_doubt "
             "core.change_doubt core.correction core.core core.new_core core.readout "
-            "input_trust known_inputs statement earlier_run estimator",
+            "input_trust known_inputs statement earlier_run turning_points estimator",
         ),
         "words settings",
     ),

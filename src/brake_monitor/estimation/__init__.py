@@ -11,7 +11,7 @@ In the order in which they are best read:
   `prediction`; with a reading: `correction`; what is known then, in numbers: `readout`. No more than that is compiled;
 * `doubts`, what core and estimator ask before they believe a reading or the model;
 * `estimator`, what is done with any other sample. `input_trust` knows which signals are lost, `known_inputs` takes what
-  is told otherwise than usual, `earlier_run` goes on with what was `learned`;
+  is told otherwise than usual, `turning_points` has what changes at once, `earlier_run` takes over what was `learned`;
 * `statement`, what is known in words: an `estimate`.
 
 What `is_…`, `has_…` or `any_…` asks changes nothing. `see_…` takes what has come and may answer what that shows;

@@ -1,7 +1,7 @@
 """Samples → Estimate. The core takes ordinary samples; here is all else: losses, doubts, clocks and restarts."""
 
 from collections.abc import Iterable, Sequence
-from math import inf, isfinite
+from math import isfinite
 from typing import ClassVar
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
@@ -17,16 +17,15 @@ from brake_monitor.estimation.input_trust import InputTrust
 from brake_monitor.estimation.inputs.alignment import Alignment
 from brake_monitor.estimation.known_inputs import KnownInputs
 from brake_monitor.estimation.learned import Learned
-from brake_monitor.estimation.model.friction_pause import COMMON_SHARE, OWN_SHARE, onset_variance
 from brake_monitor.estimation.model.tuning import Tuning, resolve
-from brake_monitor.estimation.model.wagon import GRAVITY_MPS2, FrictionRelaxation, Wagon
-from brake_monitor.estimation.moment import SNAPSHOTS, ChannelState
+from brake_monitor.estimation.model.wagon import FrictionRelaxation, Wagon
+from brake_monitor.estimation.moment import ChannelState
 from brake_monitor.estimation.statement import Statement
+from brake_monitor.estimation.turning_points import TurningPoints
 from brake_monitor.frame import MOST_LATE_S
 from brake_monitor.samples import MEASURED, Channel, InputCondition, Measurand, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
 
-UNKNOWN_SPEED_STD_MPS = 30.0  # after a gap: of any speed of a wagon
 GOOD = Quality.GOOD  # an enumeration's member takes long to look up
 
 
@@ -49,14 +48,13 @@ class Estimator:
         """`tuning` takes the place of the settings' own; `foretells`: add up how probable readings are."""
         self.vehicle = vehicle
         self.settings = settings
-        self._tuning = tuning or resolve(settings)
+        tuning = tuning or resolve(settings)
         self.channels = tuple(channels)
         has_motors = any(channel.quantity is Quantity.WHEEL_TORQUE for channel in self.channels)
         wagon = self.wagon_type.from_vehicle(
-            vehicle, FrictionRelaxation.from_settings(settings), has_motors=has_motors and not self._tuning.literal
+            vehicle, FrictionRelaxation.from_settings(settings), has_motors=has_motors and not tuning.literal
         )
-        self.filter = self.filter_type(wagon, self._tuning, settings.friction_nominal, settings.friction_nominal_std)
-        self._layout = wagon.layout
+        self.filter = self.filter_type(wagon, tuning, settings.friction_nominal, settings.friction_nominal_std)
         self._channel_numbers = {channel.measurand: k for k, channel in enumerate(self.channels)}
         self.alignment = Alignment(self.channels)
         self.waits = self.alignment.waits  # samples wait for those of slower sensors
@@ -64,13 +62,12 @@ class Estimator:
         self._now = self.core.now
         self._trust = InputTrust(self.core, self._channel_numbers)
         self._known = KnownInputs(self.core)
-        count, one_flag = len(self.core.wheels), self.core.one_wsp_signal
-        self._statement = Statement(self._trust, self._known, count, one_flag=one_flag)
+        self._statement = Statement(self._trust, self._known, self.core)
         self.changes = 0  # counts what happens to the core here: a compiled copy of it is out of date then
-        self.reset_count = 0
         self.late_count = 0
         self.clock_ahead_s = 0.0  # of the samples' time: what the clock that tells the time was set by meanwhile
-        self._earlier_run = EarlierRun(self.core, self._tuning)
+        self._earlier_run = EarlierRun(self.core, tuning)
+        self._turning = TurningPoints(self.core)
         self.idle_brakes: frozenset[int] = frozenset()  # by wheelset, see `know_idle`
         self.core.enter_regime()
 
@@ -103,10 +100,10 @@ class Estimator:
             return self._take_with_care(sample)
         if outcome == FROZEN:
             if self._trust.note(sample.measurand, InputCondition.FROZEN) and sample.quantity in MEASURED:
-                self._distrust(self.core.readings[self._channel(sample).measures].frozen.since_s)
+                self._turning.distrust(self.core.readings[self._channel(sample).measures].frozen.since_s)
             return False
         if outcome == CONTRADICTED:
-            self._distrust()
+            self._turning.distrust()
         if not self.filter.is_sound():
             self.filter.reset()
             self._restart(sample.time_s)
@@ -168,21 +165,13 @@ class Estimator:
         elif sample.quantity is Quantity.GRADIENT and self._trust.is_lost(*measurand):
             is_first = self._trust.condition(measurand) is InputCondition.AWAITED
             if not (is_first and self._now.near_standstill):  # else d has learned nothing of that gradient
-                self._hand_over_gradient(told_gradient)
+                self._turning.hand_over_gradient(told_gradient)
 
     def _lose_known(self, sample: Sample) -> None:
         told_gradient = self._now.gradient
         self._known.lose(sample)
         if sample.quantity is Quantity.GRADIENT:
-            self._hand_over_gradient(told_gradient)
-
-    def _hand_over_gradient(self, before: float) -> None:
-        """Let d take over a gradient that is lost, or give back one that is told again: the track has not changed."""
-        if self._tuning.deceleration_std:
-            handed_over_mps2, place = GRAVITY_MPS2 * (before - self._now.gradient), self._layout.deceleration
-            for known in (self.filter.x, *self.filter.saved):
-                known[place] += handed_over_mps2
-            self._now.hand_over(handed_over_mps2)
+            self._turning.hand_over_gradient(told_gradient)
 
     # -- trust -------------------------------------------------------------------------------------------------
 
@@ -205,11 +194,11 @@ class Estimator:
             if quantity is Quantity.WSP_ACTIVE:
                 self.core.set_flag(wheelset, False)
                 continue
-            self._distrust()
+            self._turning.distrust()
             if quantity is Quantity.AXLE_SPEED:  # it rolls, for all that is known
                 rolling_radps = self.speed_mps / self.core.wheels[wheelset].radius.radius_m
                 self.filter.forget(wheelset, rolling_radps, SLIDING_SLIP * rolling_radps)
-        self._forget_snapshots()  # which may have been learned from them, too
+        self._turning.forget_snapshots()  # which may have been learned from them, too
 
     def know_idle(self, wheelsets: frozenset[int]) -> None:
         """From now on take these brakes to do nothing, as their forces say: that is known beyond the estimator.
@@ -222,23 +211,6 @@ class Estimator:
         self.idle_brakes = wheelsets
         for i, wheel in enumerate(self.core.wheels):
             wheel.contact.is_idle = i in wheelsets
-
-    def _distrust(self, since_s: float = -inf) -> None:
-        """Restart with the parameters of a snapshot from before readings turned wrong, or else with the prior ones."""
-        self.filter.forget_parameters()
-        known = [(saved_s, place) for place, saved_s in enumerate(self._now.saved_s) if -inf < saved_s <= since_s]
-        if known:
-            _, newest = max(known)
-            self.filter.restore_parameters(newest)
-            if not self._now.has_slid:  # as it may have then
-                self.core.end_slides()
-        self._now.application.line_mps2 = self.filter.x[self._layout.deceleration]
-        self._now.consistency.bias.restart()
-        self._restart(self._now.time_s)
-
-    def _forget_snapshots(self) -> None:
-        """Drop all snapshots: x and P until now are not to be restored."""
-        self._now.saved_s = [-inf] * SNAPSHOTS
 
     # -- time --------------------------------------------------------------------------------------------------
 
@@ -262,52 +234,14 @@ class Estimator:
         begins, pause_s = self.core.begins_application(time_s), time_s - self._now.pressed_s
         self.core.take_inputs(time_s, step_s)
         if begins:
-            self._begin_application(pause_s)
+            self._turning.begin_application(pause_s, self.idle_brakes)
         self.core.predict(step_s)
 
-    def _begin_application(self, pause_s: float) -> None:
-        """Widen what may have changed since the last brake application: friction, d (a train that pulls), L."""
-        now, brakes, grown = self._now, self.filter, onset_variance(pause_s)
-        self._forget_snapshots()
-        brakes.infer_idle_friction(self.idle_brakes)
-        brakes.renew_friction(COMMON_SHARE * grown, OWN_SHARE * grown)
-        brakes.admit_deceleration_jump()
-        now.application.began_s, now.application.pull_variance = now.time_s, brakes.pull_variance(now.coasting_mps2)
-        for wheel in self.core.wheels:
-            wheel.contact.begin_application()
-        if self.core.learns_lag:
-            brakes.doubt_lag()
-        self.core.note_beginning()
-
     def _restart(self, time_s: float) -> None:
-        """Restart speeds, adhesions and inputs, keep what was learned: the next readings are taken as they come."""
-        now = self._now
-        if isfinite(now.time_s):
-            self.reset_count += 1
-            if time_s < now.time_s:
-                self._set_back(now.time_s - time_s)
-        else:
+        """Begin at this time, with what an earlier run has learned if it is the first; or begin anew."""
+        if not isfinite(self._now.time_s):
             self._earlier_run.recall(time_s + self.clock_ahead_s)
-        now.time_s = now.started_s = time_s
-        for readings in self.core.readings:
-            readings.fused_s, readings.rejected_in_a_row = -inf, 0
-        self._known.restart(time_s)
-        now.pitching_mps2 = 0.0
-        now.line.forget_look()
-        self.core.note_beginning()
-        self.filter.forget_all(self._layout.adhesion, 0.0, self._tuning.adhesion_std)
-        if now.speed_lost:  # then wheelsets tell v, whatever it was before
-            self.filter.forget(self._layout.speed, self.speed_mps, UNKNOWN_SPEED_STD_MPS)
-
-    def _set_back(self, by_s: float) -> None:
-        """Set all times back with the clock: what happened is still as long ago."""
-        for wheel in self.core.wheels:
-            wheel.slid_s -= by_s
-            wheel.locked_s -= by_s
-        self._now.pressed_s -= by_s
-        self._now.application.began_s -= by_s
-        self._now.saved_s = [saved_s - by_s for saved_s in self._now.saved_s]
-        self._now.consistency.set_back(by_s)
+        self._turning.restart(time_s)
 
     def resume(self, learned: Learned) -> None:
         """Go on with what an earlier run has learned; InputError where that is impossible.
@@ -323,7 +257,7 @@ class Estimator:
 
     def estimate(self, time_s: float | None = None) -> Estimate:
         """Say what is known at time_s, when nothing came since; None: as of the last fused sample."""
-        readout = [0.0] * width(self._layout.wheelset_count)
+        readout = [0.0] * width(self.core.wheelset_count)
         read_out(self.core, readout)
         return self.state(readout, time_s)
 
@@ -346,6 +280,11 @@ class Estimator:
     def speed_mps(self) -> float:
         """The estimated vehicle speed v."""
         return self.core.speed_mps()
+
+    @property
+    def reset_count(self) -> int:
+        """How often all but what was learned has begun anew, so far."""
+        return self._turning.reset_count
 
     @property
     def outlier_count(self) -> int:

@@ -107,10 +107,3 @@ class KnownInputs:
         """Begin the next step at a force that is told again: mu_w,i, told by the speeds, must not follow the jump."""
         wheel = self._core.wheels[i]
         wheel.end_force_n = wheel.force.value
-
-    def restart(self, time_s: float) -> None:
-        """The next step begins at time_s with the values told last."""
-        for wheel in self._core.wheels:
-            wheel.force.restart(time_s)
-            wheel.torque.restart(time_s)
-            wheel.contact.restart(time_s)

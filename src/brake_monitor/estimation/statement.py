@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from math import isnan
 
 from brake_monitor.estimation.brake_work import WheelsetWork
+from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.core.readout import (
     DOUBTED,
     LOST,
@@ -42,11 +43,10 @@ REASONS: Mapping[float, tuple[str, ...]] = {
 class Statement:
     """Says what the readout of one estimator means."""
 
-    def __init__(self, trust: InputTrust, known: KnownInputs, wheelset_count: int, *, one_flag: bool) -> None:
-        """`one_flag`: that of the first wheelset is for all."""
+    def __init__(self, trust: InputTrust, known: KnownInputs, core: Core) -> None:
         self._trust = trust
         self._known = known
-        self._signals = _signals_of(wheelset_count, one_flag=one_flag)
+        self._signals = _signals_of(core.wheelset_count, one_flag=core.one_wsp_signal)
         self._trusted = trust.known
         self._unknown = frozenset(self._signals)
 

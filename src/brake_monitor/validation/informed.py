@@ -45,9 +45,9 @@ class InformedEstimator(Estimator):
         """Take one sample, with the truth at its time."""
         row = min(max(round((sample.time_s - EPOCH_S) / self._step_s), 0), len(self._unmodelled_mps2) - 1)
         for i, friction in enumerate(self._friction):
-            self.filter.forget(self._layout.friction.start + i, float(friction[row]), 0.0)
+            self.filter.forget(self.filter.layout.friction.start + i, float(friction[row]), 0.0)
         if self.speed_mps > 0.0:
-            self.filter.forget(self._layout.deceleration, float(self._unmodelled_mps2[row]), 0.0)
+            self.filter.forget(self.filter.layout.deceleration, float(self._unmodelled_mps2[row]), 0.0)
         if sample.quantity is Quantity.PRESSING_FORCE:
             sample = sample._replace(value=float(self._true_force_n[sample.wheelset][row]))
         return super().take(sample)
