@@ -12,11 +12,10 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numba import types
-from numpy.typing import NDArray
 
 from brake_monitor.compiled.held_tuple import HeldTuple
 from brake_monitor.compiled.machine_code import FlatFunction, compiled
-from brake_monitor.compiled.numba_classes import Mirror, as_tuple, numbers_of, record_type, teach
+from brake_monitor.compiled.numba_classes import Mirror, as_tuple, record_type, teach
 from brake_monitor.estimation import estimate
 from brake_monitor.estimation.core import readout
 from brake_monitor.estimation.core.core import ELSE, Core
@@ -95,13 +94,9 @@ class FilterArrays(Belief):
         place = self.give(place, acting_on_wagon(now))
         for i in range(len(wheels)):
             place = self.give(place, acting_on_wheelset(wheels[i]))
-        for k in range(len(self.x)):
-            self.free[k] = 1.0 if k <= self.speed_place or not now.near_standstill else 0.0
         if now.near_standstill:
             self.admit_unseen(step_s)
         else:
-            for i in range(len(wheels)):
-                self.free[self.friction_place + i] = wheels[i].friction_observable
             self.step(self.given, self.carried)
             self.give(0, self.carried)
         self.follow(self.given, self.loads)
@@ -119,6 +114,10 @@ class FilterArrays(Belief):
         self, now: WagonMoment, wheels: Sequence[WheelsetMoment], index: int, residual: float, variance: float
     ) -> bool:
         """As BrakeFilter does."""
+        for k in range(len(self.x)):
+            self.free[k] = 1.0 if k <= self.speed_place or not now.near_standstill else 0.0
+        for i in range(len(wheels)):
+            self.free[self.friction_place + i] *= wheels[i].friction_observable
         x, covariance, updated = self.carried, self.covariance, self.corrected
         measured = Measured(index, self.lag_place, now.speed_per_lag_mps2 if index == self.speed_place else 0.0)
         ekf.correct((self.x, covariance), measured, Innovation(residual, variance), self.free, (x, updated))
@@ -131,8 +130,7 @@ class FilterArrays(Belief):
 
 FilterTuple = as_tuple(FilterArrays, "FilterTuple", __name__)
 CoreTuple = as_tuple(Core, "CoreTuple", __name__)
-OBJECTS = ("now", "wheels", "readings", "channels", "tuning", "foretold")  # of a core: records ...
-LASTING = ("channels", "tuning")  # ... and those that a run does not change
+OBJECTS = ("now", "wheels", "readings", "channels", "tuning", "foretold")  # of a core, that become records
 
 
 class SampleColumns(NamedTuple):
@@ -188,28 +186,24 @@ class CompiledCore:
         self._load_n = np.array(core.load_n)
         numbers = {field.name: getattr(core, field.name) for field in fields(core)}
         numbers |= {"load_n": self._load_n, "filter": self._filter}
-        self._records: list[tuple[Sequence[object], NDArray[Any]]] = []
         self._mirrors = []
         for name in OBJECTS:
             found = numbers[name]
             objects = found if isinstance(found, Sequence) else [found]
             records = np.zeros(len(objects), record_type(objects[0]))
             numbers[name] = records if isinstance(found, Sequence) else records[0]
-            self._records.append((objects, records))
-            if name not in LASTING:
-                self._mirrors.append(Mirror(objects, records))
+            self._mirrors.append(Mirror(objects, records))
         self._numbers = HeldTuple(CoreTuple(**numbers))
         self._readout = np.zeros(width(core.wheelset_count))
         self._play = _machine_code(self._numbers.kind)
 
     def load(self) -> None:
         """Take over the numbers of the core."""
-        for objects, records in self._records:
-            records[:] = [numbers_of(one) for one in objects]
+        for mirror in self._mirrors:
+            mirror.load()
         self._load_n[:] = self._core.load_n
         self._filter.x[:], self._filter.covariance[:] = self._brakes.x, self._brakes.covariance
         self._filter.saved[:] = self._brakes.saved
-        self._filter.free[:] = self._brakes.free(self._core.now, self._core.wheels)
 
     def store(self) -> None:
         """Give the core its numbers back."""

@@ -25,7 +25,6 @@ from brake_monitor.compiled.inlining import Inlined
 # called: to hand a core, some 150 numbers, from one to the next takes a third.
 QUICKLY = {"_nrt": False, "forceinline": True, "no_cfunc_wrapper": True, "pipeline_class": Inlined}
 KINDS = {float: np.float64, int: np.int64, bool: np.bool_}
-NUMBERS = (*KINDS, list)  # a list has always as many, each a float
 
 class_of: dict[tuple[str, ...], type] = {}  # what records were made of, by the names of its fields
 
@@ -41,15 +40,9 @@ def record_type(thing: object) -> np.dtype[Any]:
 
 
 def _kind(value: Any) -> Any:
-    if isinstance(value, list):
+    if isinstance(value, list):  # it has always as many, each a float
         return np.float64, (len(value),)
     return KINDS.get(type(value)) or record_type(value)
-
-
-def numbers_of(thing: object) -> tuple[Any, ...]:
-    """The numbers of an object, and those of the objects in it."""
-    values = [getattr(thing, name) for name in _names(thing)]
-    return tuple([value if type(value) in NUMBERS else numbers_of(value) for value in values])
 
 
 class Mirror:
@@ -63,6 +56,10 @@ class Mirror:
         layout: Any = {"names": names, "formats": kinds, "offsets": offsets, "itemsize": records.dtype.itemsize}
         self._numbers = records.view(np.dtype(layout))
         self._lists = [place for place, kind in enumerate(kinds) if np.dtype(kind).shape]
+
+    def load(self) -> None:
+        """Put what the objects say into the records."""
+        self._numbers[:] = [tuple([getattr(*number) for number in of_one]) for of_one in self._owners]
 
     def store(self) -> None:
         """Put what the records say into the objects."""

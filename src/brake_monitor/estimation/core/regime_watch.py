@@ -254,8 +254,10 @@ class RegimeWatch(MotorWatch):
         if density > 0.0 and any_untold:
             if any_locked:
                 density += LOCKED_LINE_DENSITY * self.speed_mps()
-            if self.is_speed_doubtful():
-                self.doubt_untold_adhesion()
+            if self.is_speed_doubtful():  # then mu_w of these wheelsets may change quickly
+                for wheel in self.wheels:
+                    if wheel.is_untold:
+                        wheel.adhesion_density = UNTOLD_ADHESION_DENSITY
         elif (
             density > 0.0
             and self.is_speed_doubtful()
@@ -268,9 +270,3 @@ class RegimeWatch(MotorWatch):
             now.following_density = FOLLOWS_S * follows_mps3 * follows_mps3
             per_metre += CURVES_DENSITY * steeper * steeper
         now.deceleration_density = density + now.following_density + per_metre * self.speed_mps()
-
-    def doubt_untold_adhesion(self) -> None:
-        """Let mu_w of these wheelsets change quickly."""
-        for wheel in self.wheels:
-            if wheel.is_untold:
-                wheel.adhesion_density = UNTOLD_ADHESION_DENSITY

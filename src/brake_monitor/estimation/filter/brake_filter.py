@@ -19,7 +19,7 @@ from brake_monitor.estimation.kalman import ekf
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
 from brake_monitor.estimation.model.acting import Acting, acting_on_wheelset
 from brake_monitor.estimation.model.brake_step import step_length
-from brake_monitor.estimation.model.regime import FixedDensities, free_states
+from brake_monitor.estimation.model.regime import FixedDensities
 from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import Inputs, Wagon
 from brake_monitor.estimation.moment import SNAPSHOTS, WagonMoment, WheelsetMoment
@@ -214,10 +214,6 @@ class BrakeFilter(Belief):
         """How fast a state changes under what acts on the wagon now, per second."""
         u = Inputs(now.mass_kg, now.gradient, [Acting(*acting_on_wheelset(wheel)) for wheel in wheels])
         return self.wagon.linearise(self.x, u)[0][place]
-
-    def free(self, now: WagonMoment, wheels: Sequence[WheelsetMoment]) -> Vector:
-        """1 for the states that an innovation may correct now, 0 for held ones."""
-        return free_states(self.layout, now.near_standstill, [wheel.friction_observable for wheel in wheels])
 
     # -- correction --------------------------------------------------------------------------------------------
 
