@@ -163,8 +163,7 @@ class CoreNumbers:
     def fastest_mps(self) -> float:
         """The largest circumferential speed of the wheelsets that are not locked; 0 if all are."""
         x, fastest_mps = self.filter.x, 0.0
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             if wheel.turns:
                 fastest_mps = max(fastest_mps, x[i] * wheel.radius.radius_m)
         return fastest_mps
@@ -182,6 +181,6 @@ class CoreNumbers:
     def any_pressed(self) -> bool:
         """Whether any pad of the wagon touches its disc."""
         pressed = False
-        for i in range(self.wheelset_count):
-            pressed = pressed or self.wheels[i].contact.pressed
+        for wheel in self.wheels:
+            pressed = pressed or wheel.contact.pressed
         return pressed

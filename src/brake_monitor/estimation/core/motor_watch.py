@@ -23,8 +23,8 @@ class MotorWatch(CoreNumbers):
     def see_motors(self) -> None:
         """Before a step: let K walk while motors act, widen it as they begin, and hold it to what it can be."""
         now, place, torque_nm, act = self.now, self.torque_error_place, 0.0, False
-        for i in range(self.wheelset_count):
-            torque_nm += self.wheels[i].torque.value
+        for i, wheel in enumerate(self.wheels):
+            torque_nm += wheel.torque.value
             act = act or self.motor_acts(i)
         now.torque_error_density = 0.0
         if not act:
@@ -60,8 +60,7 @@ class MotorWatch(CoreNumbers):
         for k in range(len(brakes.direction)):
             brakes.direction[k] = 0.0
         brakes.direction[place] = 1.0
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             asked = motor_demand(wheel, wheel.torque.value, wheel.wheel_load_n)
             brakes.direction[self.adhesion_place + i] = asked
             per_error_mps2 += asked * wheel.wheel_load_n / now.mass_kg

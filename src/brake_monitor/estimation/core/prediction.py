@@ -88,8 +88,7 @@ class Prediction(RegimeWatch):
 
     def let_unmeasured_roll(self) -> None:
         """Take a wheelset whose speed is not measured to roll: left to its equation, it would drift into a slide."""
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             if wheel.axle_speed_lost and not self.now.near_standstill:
                 rolling_radps = self.filter.x[self.wheelset_count] / wheel.radius.radius_m
                 self.filter.forget(i, rolling_radps, SLIDING_SLIP * rolling_radps)
@@ -100,8 +99,7 @@ class Prediction(RegimeWatch):
         By its walk alone it would in minutes be beyond what any rail gives. Drawn so, its deviation settles at
         UNKNOWN_ADHESION_STD.
         """
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             if not wheel.torque_known or wheel.axle_speed_lost:
                 asked = self.adhesion_demand(i) if wheel.torque_known else 0.0
                 drawn = step_s * wheel.adhesion_density / (2.0 * UNKNOWN_ADHESION_STD * UNKNOWN_ADHESION_STD)
@@ -112,8 +110,7 @@ class Prediction(RegimeWatch):
 
         By its walk alone it would not follow a brake that comes on.
         """
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             if not wheel.silent:
                 continue
             most, before = self.largest_demand(), wheel.silent_adhesion
@@ -160,8 +157,7 @@ class Prediction(RegimeWatch):
         if now.time_s - now.pressed_s < ROLLING_AGAIN_S or now.speed_lost or now.wsp_active:
             return
         x, n, all_free = self.filter.x, self.wheelset_count, not now.near_standstill
-        for i in range(n):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             is_free = self.is_left_free(i)
             all_free = all_free and is_free
             if is_free and not wheel.axle_speed_lost:
@@ -176,8 +172,7 @@ class Prediction(RegimeWatch):
         speed_mps = x[n]
         distance_m = speed_mps * step_s if speed_mps > CRAWLING_MPS else 0.0
         self.now.distance_m += distance_m
-        for i in range(n):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             force_n, slip = wheel.pressing_force_n, self.slip(i)
             if force_n != 0.0 and x[i] * wheel.radius.radius_m > CRAWLING_MPS:
                 wheel.work.rub(force_n * wheel.brake_radius_m * x[i] * step_s, x[self.friction_place + i])
@@ -186,8 +181,7 @@ class Prediction(RegimeWatch):
 
     def follow_forces(self, step_s: float) -> None:
         """Show the checks of pressing forces what acted on the wheelsets in the step."""
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             if wheel.unsettled != 0.0:
                 wheel.checks.timing.press(self.as_pads_n(i) * step_s)
             wheel.departure.see(step_s, wheel.pressing_force_n, wheel.friction_observable)
@@ -199,8 +193,7 @@ class Prediction(RegimeWatch):
     def follow_trend(self, step_s: float) -> None:
         """Show what the brakes gave in the step, and the speed after it, to what tells whether they follow the line."""
         per_friction_n, rolling_mps = 0.0, 0.0
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             per_friction_n += wheel.brake_radius_m / wheel.wheel_radius_m * self.as_pads_n(i)
             rolling_mps += self.filter.x[i] * wheel.wheel_radius_m / self.wheelset_count
         self.now.force_trend.see(step_s, per_friction_n / self.now.mass_kg, rolling_mps, self.mean_friction())
@@ -225,8 +218,7 @@ class Prediction(RegimeWatch):
             for i in range(1, self.wheelset_count):
                 if self.slip(i) > self.slip(now.flagged):
                     now.flagged = i
-        for i in range(self.wheelset_count):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             flagged = i == now.flagged if self.one_wsp_signal else wheel.wsp_active
             if wheel.protection.see(now.time_s, self.slip(i), self.speed_mps(), wheel.force.value, flagged):
                 wheel.work.wsp_actions += 1

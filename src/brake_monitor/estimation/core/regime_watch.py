@@ -42,8 +42,7 @@ class RegimeWatch(MotorWatch):
         now.near_standstill = near_standstill = speed_mps < SLOWEST_MPS
         quick = self.quick_slip_squared()
         self.set_known_torques()
-        for i in range(n):
-            wheel = self.wheels[i]
+        for i, wheel in enumerate(self.wheels):
             slip = 0.0 if near_standstill else 1.0 - x[i] * wheel.radius.radius_m / speed_mps
             known = wheel.torque_known and not wheel.axle_speed_lost
             wheel.slip_change_mps = 0.0
