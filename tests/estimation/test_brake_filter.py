@@ -72,7 +72,7 @@ def test_pads_of_a_kind_do_not_drift_apart_for_ever(wheelset_count: int) -> None
     brakes = filter_of(wheelset_count)
     friction = brakes.layout.friction
     for _ in range(STOPS):  # on dry rail: nothing shows one wheelset's friction apart from the others'
-        brakes.spread(friction, 0.0, WAGON.friction_own * BRAKED_S)
+        brakes.spread(0.0, WAGON.friction_own * BRAKED_S)
         brakes.renew_friction(COMMON, OWN)
     covariance = np.array(brakes.covariance)[friction, friction]
     between = covariance[0, 0] + covariance[1, 1] - 2.0 * covariance[0, 1]
@@ -85,7 +85,7 @@ def test_what_slides_have_told_of_one_pad_is_kept_between_stops() -> None:
     friction = brakes.layout.friction
     brakes.forget_all(friction, 0.0, 0.0)
     brakes.x[friction] = 0.33, 0.37
-    brakes.spread(friction, 1e-4, 1e-6)
+    brakes.spread(1e-4, 1e-6)
     brakes.renew_friction(COMMON, 1e-5)
     assert brakes.x[friction] == pytest.approx([0.33, 0.37])
     assert np.diag(np.array(brakes.covariance))[friction] == pytest.approx(1e-4 + 1e-6 + COMMON + 1e-5)
@@ -94,7 +94,7 @@ def test_what_slides_have_told_of_one_pad_is_kept_between_stops() -> None:
 def test_an_own_part_beyond_what_pads_have_is_drawn_to_their_mean() -> None:
     brakes = filter_of(2)
     friction = brakes.layout.friction
-    brakes.spread(friction, 0.0, 3.0 * PRIOR_OWN)  # now twice the standard deviation
+    brakes.spread(0.0, 3.0 * PRIOR_OWN)  # now twice the standard deviation
     brakes.x[friction] = 0.33, 0.37
     brakes.renew_friction(0.0, OWN)
     assert brakes.x[friction] == pytest.approx([0.34, 0.36])
@@ -109,9 +109,9 @@ def test_what_pads_share_is_drawn_to_nominal_where_it_is_known_no_better() -> No
     """
     unknown, known = filter_of(2), filter_of(2)
     friction = unknown.layout.friction
-    unknown.spread(friction, 3.0 * PRIOR, 0.0)
+    unknown.spread(3.0 * PRIOR, 0.0)
     known.forget_all(friction, 0.0, 0.0)
-    known.spread(friction, 0.1 * PRIOR, PRIOR_OWN)
+    known.spread(0.1 * PRIOR, PRIOR_OWN)
     for brakes in (unknown, known):
         brakes.x[friction] = 0.24, 0.26
         brakes.renew_friction(0.0, 0.0)
@@ -130,7 +130,7 @@ def test_a_pad_that_nothing_shows_is_known_by_the_others_and_draws_none_of_them(
     friction, common = brakes.layout.friction, 1e-4
     brakes.forget_all(friction, 0.0, 0.0)
     brakes.x[friction] = 0.31, 0.32, 0.36, 0.33
-    brakes.spread(friction, common, PRIOR_OWN)
+    brakes.spread(common, PRIOR_OWN)
     brakes.forget(friction.start + 2, 0.36, 0.05)
     brakes.infer_idle_friction({2})
     brakes.renew_friction(0.0, 0.0)

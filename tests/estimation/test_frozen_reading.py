@@ -6,6 +6,7 @@ from itertools import count
 import pytest
 
 from brake_monitor.estimation.doubts.frozen_reading import FrozenReading
+from test_doubted_friction import braking
 
 SPACING_S, NOISE_MPS, FROZEN_MPS = 0.02, 0.03, 20.0
 
@@ -14,7 +15,7 @@ def frozen(reading: FrozenReading, begin_s: float, references_mps: Iterable[floa
     return [reading.see(begin_s + k * SPACING_S, value_mps, v, True) for k, v in enumerate(references_mps)]
 
 
-def braking(from_mps: float, to_mps: float) -> list[float]:
+def slower(from_mps: float, to_mps: float) -> list[float]:
     count = round((from_mps - to_mps) / SPACING_S)  # by 1 m/s²
     return [from_mps - k * SPACING_S for k in range(count)]
 
@@ -24,7 +25,7 @@ def test_what_passes_by_its_value_does_not_bring_it_to_life() -> None:
     reading = FrozenReading(NOISE_MPS)
     away = frozen(reading, 0.0, [FROZEN_MPS + k * SPACING_S for k in range(300)], FROZEN_MPS)
     assert away[-1]
-    assert all(frozen(reading, 10.0, braking(FROZEN_MPS + 6.0, FROZEN_MPS - 6.0), FROZEN_MPS))
+    assert all(frozen(reading, 10.0, slower(FROZEN_MPS + 6.0, FROZEN_MPS - 6.0), FROZEN_MPS))
 
 
 def test_it_is_alive_as_soon_as_it_moves() -> None:
@@ -94,3 +95,15 @@ def test_a_second_of_hanging_leaves_the_habit_as_it_was() -> None:
         for _ in told:
             next(k)
     assert len(set(found_after)) == 1
+
+
+def test_a_radar_that_holds_its_last_value_at_a_standstill_is_not_frozen() -> None:
+    """Below about 1 km/h radars do, while wheelsets come to rest: by far more than their noise."""
+    core = braking(2).core
+    speed, radius_m = core.wheelset_count, core.wheels[0].radius.radius_m
+    found = []
+    for k in range(200):
+        rims_mps = max(0.6 - 0.006 * k, 0.0)
+        core.filter.x[:2] = [rims_mps / radius_m] * 2
+        found.append(core.see_repeats(speed, core.now.time_s + 0.02 * k, 0.3))
+    assert found == [False] * 200

@@ -48,6 +48,52 @@ def test_a_brake_that_is_emptied_while_its_wheelset_only_creeps_is_a_driver_at_w
     assert acts_at_s(dumps, lambda _: CREEPS) == []
 
 
+def acts(force_n: Callable[[float], float], slip: float = SLIPS, speed_mps: float = SPEED_MPS) -> int:
+    """How often it acts in six seconds, of nine observations a second."""
+    protection = SlideProtection()
+    return sum(protection.see(k * 0.11, slip, speed_mps, force_n(k * 0.11), False) for k in range(55))
+
+
+def test_a_brake_that_hardly_presses_is_not_worth_emptying() -> None:
+    assert acts(dumps) == 3
+    assert acts(lambda t: 0.1 * dumps(t)) == 0
+
+
+def test_neither_a_slip_that_is_creep_nor_one_of_a_wagon_that_hardly_moves_is_a_slide() -> None:
+    assert acts(dumps, slip=0.012, speed_mps=50.0) == 0
+    assert acts(dumps, slip=SLIPS, speed_mps=5.0) == 0
+
+
+def test_a_brake_that_is_kept_empty_was_emptied_once() -> None:
+    assert acts(lambda t: FULL_N if t < 3.0 else 0.0) == 1
+
+
+def test_a_brake_that_is_emptied_in_steps_and_filled_a_little_was_filled_again() -> None:
+    def steps(time_s: float) -> float:
+        shares = ((2.0, 1.0), (2.2, 0.7), (2.5, 0.0), (2.8, 0.3))
+        return FULL_N * next((share for until_s, share in shares if time_s < until_s), 0.0)
+
+    assert acts(steps) == 2
+
+
+def test_a_flag_that_stays_tells_of_one_act() -> None:
+    protection = SlideProtection()
+    assert sum(protection.see(k / 10, SLIPS, SPEED_MPS, FULL_N, 20 <= k < 40) for k in range(50)) == 1
+
+
+def test_what_flag_and_pressure_tell_of_one_after_the_other_is_one_act() -> None:
+    protection = SlideProtection()
+    told = [protection.see(k / 10, SLIPS, SPEED_MPS, dumps(k / 10), 22 <= k < 25) for k in range(28)]
+    assert [k for k, begins in enumerate(told) if begins] == [20]
+
+
+def test_by_a_clock_that_is_set_back_it_acts_as_before() -> None:
+    protection = SlideProtection()
+    rounds = [[protection.see(k / 10, SLIPS, SPEED_MPS, dumps(k / 10), False) for k in range(45)] for _ in range(2)]
+    assert sum(rounds[0]) == 3
+    assert rounds[1] == rounds[0]
+
+
 def test_one_flag_for_all_wheelsets_speaks_for_the_one_that_slides_most() -> None:
     settings = example_settings("wagon")
     channels = SignalDecoder.from_settings(settings).channels

@@ -49,7 +49,7 @@ ACTIONS: dict[str, Callable[[TapedFilter], object]] = {
     "jump": lambda brakes: brakes.admit_jump(7, 0.04, 1, 1.5, 0.3),
     "along a direction": lambda brakes: brakes.admit_along(0.04),
     "near standstill": lambda brakes: brakes.admit_unseen(0.5),
-    "spread": lambda brakes: brakes.spread(brakes.layout.friction, 0.04, 0.01),
+    "spread": lambda brakes: brakes.spread(0.04, 0.01),
     "deceleration": lambda brakes: brakes.admit_deceleration_jump(),
     "lag": lambda brakes: brakes.doubt_lag(),
     "recalled friction": lambda brakes: brakes.recall_friction([0.3, 0.4], 1e-3, 1e-4),

@@ -104,13 +104,10 @@ class Core(Prediction, Correction):
         """Take what the WSP signal of a wheelset says; where only one is mapped it stands for all wheelsets."""
         if self.wheels[wheelset].wsp_active == acts:
             return
-        if self.one_wsp_signal:
-            for wheel in self.wheels:
-                wheel.wsp_active = acts
-        else:
-            self.wheels[wheelset].wsp_active = acts
         any_active = False
-        for wheel in self.wheels:
+        for i, wheel in enumerate(self.wheels):
+            if self.one_wsp_signal or i == wheelset:
+                wheel.wsp_active = acts
             any_active = any_active or wheel.wsp_active
         self.now.wsp_active = any_active
 
@@ -124,8 +121,8 @@ class Core(Prediction, Correction):
         now = self.now
         self.load_n[signal] = load_n
         total_n = 0.0
-        for i in range(len(self.load_n)):
-            total_n += self.load_n[i]
+        for own_n in self.load_n:
+            total_n += own_n
         mass_kg = total_n / GRAVITY_MPS2
         if isnan(mass_kg):
             return

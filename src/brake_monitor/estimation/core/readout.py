@@ -196,5 +196,5 @@ def unseen_friction_variance(core: CoreNumbers, i: int) -> float:
     std = wheel.departure.relative_std * core.filter.x[core.friction_place + i]
     variance = std * std
     if not wheel.contact.pressed and now.pressed_s > -inf:
-        variance += pause_variance(max(now.time_s - now.pressed_s, 0.0))
+        variance += pause_variance(now.time_s - now.pressed_s)
     return variance

@@ -64,7 +64,7 @@ class BrakeFilter(Belief):
         s, tuning = self.layout, self.tuning
         friction, friction_std = self._prior_friction
         self.forget_all(s.friction, friction, 0.0)
-        self.spread(s.friction, friction_std**2, tuning.friction_own_std**2)
+        self.spread(friction_std**2, tuning.friction_own_std**2)
         self.forget_all(s.adhesion, 0.0, tuning.adhesion_std)
         self.forget(s.deceleration, 0.0, tuning.deceleration_std)
         self.forget(s.force_effect, 0.0, tuning.force_effect_std)
@@ -85,14 +85,14 @@ class BrakeFilter(Belief):
                 noise[i][j] = saved[s.size + i * s.size + j]
         self._admit(noise)
 
-    def spread(self, block: slice, common: float, own: float) -> None:
-        """Add variance that the wheelsets share and variance that each has for itself."""
-        self._admit(self._spread(block, common, own))
+    def spread(self, common: float, own: float) -> None:
+        """Add variance to friction that the wheelsets share and variance that each has for itself."""
+        self._admit(self._spread(common, own))
 
-    def _spread(self, block: slice, common: float, own: float) -> Matrix:
+    def _spread(self, common: float, own: float) -> Matrix:
         noise = zeros(self.layout.size)
-        for i in range(block.start, block.stop):
-            for j in range(block.start, block.stop):
+        for i in range(self.layout.friction.start, self.layout.friction.stop):
+            for j in range(self.layout.friction.start, self.layout.friction.stop):
                 noise[i][j] = common + own * (i == j)
         return noise
 
@@ -106,7 +106,7 @@ class BrakeFilter(Belief):
         own_variance = min(self.tuning.friction_own_std**2, variance)
         self.forget_all(block, 0.0, 0.0)
         self.x[block] = friction
-        self.spread(block, variance - own_variance, own_variance)
+        self.spread(variance - own_variance, own_variance)
 
     def renew_friction(self, common: float, own: float) -> None:
         """Add these variances to friction as pads are put on again, up to those from before anything was known.
@@ -128,10 +128,8 @@ class BrakeFilter(Belief):
         for i in pads:
             for j in pads:
                 step[i][j] = to_mean * ((i == j) - 1.0 / n) + to_nominal / n
-        noise = self._spread(
-            s.friction, min(common, max(common_prior - common_known, 0.0)), min(own, max(own_prior - own_known, 0.0))
-        )
-        self._move(step, noise)
+        common, own = min(common, max(common_prior - common_known, 0.0)), min(own, max(own_prior - own_known, 0.0))
+        self._move(step, self._spread(common, own))
         for i in pads:
             self.x[i] -= to_nominal * nominal
 
