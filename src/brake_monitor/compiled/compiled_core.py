@@ -27,7 +27,7 @@ from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.filter_lines import flat_sources
 from brake_monitor.estimation.kalman import ekf, foretold
 from brake_monitor.estimation.kalman.ekf import Innovation, Measured
-from brake_monitor.estimation.model import acting, brake_step, friction_pause, load_transfer, wheelset
+from brake_monitor.estimation.model import acting, brake_step, friction_pause, wheelset
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon, acting_on_wagon, acting_on_wheelset
 from brake_monitor.estimation.model.brake_step import StepLength, step_length
 from brake_monitor.estimation.moment import WagonMoment, WheelsetMoment
@@ -172,7 +172,7 @@ def play(core: Core, samples: SampleColumns, place: int, end: int, readout: Any)
 
 teach(
     (CoreTuple, Innovation, Measured, FilterTuple),
-    (estimate, readout, still_force, ekf, foretold, acting, brake_step, friction_pause, load_transfer, wheelset),
+    (estimate, readout, still_force, ekf, foretold, acting, brake_step, friction_pause, wheelset),
 )
 
 

@@ -3,7 +3,7 @@
 Plain arithmetic on numbers: `straight_line` compiles it for each wagon.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from math import exp
 from typing import NamedTuple
 
@@ -57,10 +57,7 @@ class Response(NamedTuple):
     friction: float  # change of mu_b,i ...
     friction_per_effect: float  # ... and its derivative by E
     adhesion: float  # change of mu_w,i ...
-    per_friction: float  # ... and its derivatives by mu_b,i, ...
-    per_effect: float  # ... E ...
-    per_uptake: Sequence[float]  # ... the C_k ...
-    per_torque_error: Sequence[float]  # ... and K, where it is a state
+    adhesion_per: Mapping[int, float]  # ... and its derivatives, by the places of E, mu_b,i, the C_k and K in x
 
 
 class WheelsetResponse(NamedTuple):
@@ -96,8 +93,6 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
     That e^{-B w_i} falls with B is left out of the derivative: it makes no difference.
     """
     s = wagon.layout
-    uptake = range(s.uptake.start, s.uptake.stop)
-    torque_error = range(s.torque_error.start, s.torque_error.stop)
     following = [_response(wagon, i, x, now) for i in range(s.wheelset_count)]
     meanwhile = list(x)
     for i, own in enumerate(following):
@@ -112,16 +107,11 @@ def coupled_step(wagon: Wagon, x: Vector, covariance: Matrix, now: Conditions) -
         friction, adhesion = s.friction.start + i, s.adhesion.start + i
         for row in step[s.kinematic]:
             row[s.force_effect] += row[friction] * own.middle.friction_per_effect
-            row[s.force_effect] += row[adhesion] * own.middle.per_effect
-            row[friction] += row[adhesion] * own.middle.per_friction
-            for places, changes in ((uptake, own.middle.per_uptake), (torque_error, own.middle.per_torque_error)):
-                for place, change in zip(places, changes, strict=True):
-                    row[place] += row[adhesion] * change
+            for place, per in own.middle.adhesion_per.items():
+                row[place] += row[adhesion] * per
         step[friction][s.force_effect] = own.end.friction_per_effect
-        step[adhesion][friction] = own.end.per_friction
-        step[adhesion][s.force_effect] = own.end.per_effect
-        step[adhesion][s.uptake] = own.end.per_uptake
-        step[adhesion][s.torque_error] = own.end.per_torque_error
+        for place, per in own.end.adhesion_per.items():
+            step[adhesion][place] = per
         slid_mps = acting.slides * acting.slip_change_mps
         step[adhesion][adhesion] = -x[s.decay] * slid_mps
         step[adhesion][s.decay] = -x[adhesion] * slid_mps
@@ -170,15 +160,10 @@ def _response(wagon: Wagon, i: int, x: Vector, now: Conditions) -> WheelsetRespo
     def asked(dq: float, driven: float) -> Response:
         """Both changes, to first order in Δq_i, and their derivatives; `driven`: what the motor asks for more."""
         per_taken = (friction + shown * q * effect) * dq + driven * torque_share
-        return Response(
-            friction=shown * effect * dq,
-            friction_per_effect=shown * dq,
-            adhesion=taken * per_taken,
-            per_friction=taken * dq,
-            per_effect=taken * shown * q * dq,
-            per_uptake=[weight * per_taken for weight in weights],
-            per_torque_error=[taken * driven for _ in x[s.torque_error]],
-        )
+        per = {s.force_effect: taken * shown * q * dq, s.friction.start + i: taken * dq}
+        per |= {s.uptake.start + k: weight * per_taken for k, weight in enumerate(weights)}
+        per |= dict.fromkeys(range(s.torque_error.start, s.torque_error.stop), taken * driven)
+        return Response(shown * effect * dq, shown * dq, taken * per_taken, per)
 
     share_std = dq_end * friction + driven_end * torque_share
     omega_std = brake_radps(wheelset, friction, own.impulse_std_ns)
