@@ -130,7 +130,8 @@ class FilterArrays(Belief):
 
 FilterTuple = as_tuple(FilterArrays, "FilterTuple", __name__)
 CoreTuple = as_tuple(Core, "CoreTuple", __name__)
-OBJECTS = ("now", "wheels", "readings", "channels", "tuning", "foretold")  # of a core, that become records
+OBJECTS = ("now", "wheels", "readings", "channels", "tuning", "foretold")  # of a core: records ...
+LASTING = ("channels", "tuning")  # ... and those that a run does not change
 
 
 class SampleColumns(NamedTuple):
@@ -186,20 +187,20 @@ class CompiledCore:
         self._load_n = np.array(core.load_n)
         numbers = {field.name: getattr(core, field.name) for field in fields(core)}
         numbers |= {"load_n": self._load_n, "filter": self._filter}
-        self._mirrors = []
+        self._mirrors: dict[str, Mirror] = {}
         for name in OBJECTS:
             found = numbers[name]
             objects = found if isinstance(found, Sequence) else [found]
             records = np.zeros(len(objects), record_type(objects[0]))
             numbers[name] = records if isinstance(found, Sequence) else records[0]
-            self._mirrors.append(Mirror(objects, records))
+            self._mirrors[name] = Mirror(objects, records)
         self._numbers = HeldTuple(CoreTuple(**numbers))
         self._readout = np.zeros(width(core.wheelset_count))
         self._play = _machine_code(self._numbers.kind)
 
     def load(self) -> None:
         """Take over the numbers of the core."""
-        for mirror in self._mirrors:
+        for mirror in self._mirrors.values():
             mirror.load()
         self._load_n[:] = self._core.load_n
         self._filter.x[:], self._filter.covariance[:] = self._brakes.x, self._brakes.covariance
@@ -208,8 +209,9 @@ class CompiledCore:
     def store(self) -> None:
         """Give the core its numbers back."""
         self._core.load_n[:] = self._load_n.tolist()
-        for mirror in self._mirrors:
-            mirror.store()
+        for name, mirror in self._mirrors.items():
+            if name not in LASTING:
+                mirror.store()
         self._brakes.x, self._brakes.covariance = self._filter.x.tolist(), self._filter.covariance.tolist()
         self._brakes.saved = self._filter.saved.tolist()
 
