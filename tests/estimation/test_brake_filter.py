@@ -8,10 +8,12 @@ import pytest
 from brake_monitor.estimation.core.correction import FROZEN
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
+from brake_monitor.estimation.filter.physical import ADHESION_RANGE
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.samples import Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Preset
+from test_doubted_friction import braking
 from test_estimator import Run, channels, vehicle
 
 STOPS, BRAKED_S = 1000, 20.0
@@ -32,6 +34,17 @@ def test_an_unsound_filter_is_recognised(spoil: float) -> None:
     assert sound.is_sound()
     assert not state.is_sound()
     assert not variance.is_sound()
+
+
+@pytest.mark.parametrize(("sign", "bound"), list(zip((-1.0, 1.0), ADHESION_RANGE, strict=True)))
+def test_no_reading_moves_a_state_beyond_what_a_wagon_can_be(sign: float, bound: float) -> None:
+    core = braking(2).core
+    brakes, adhesion = core.filter, core.adhesion_place
+    brakes.forget(0, brakes.x[0], 2.0)
+    brakes.forget(adhesion, 0.1, 1.0)
+    brakes.covariance[0][adhesion] = brakes.covariance[adhesion][0] = 1.0
+    assert brakes.fuse(core.now, core.wheels, 0, sign * 10.0, 2.0**2 + 0.01)  # 2.5 of adhesion by its share
+    assert brakes.x[adhesion] == bound
 
 
 def test_what_is_learned_of_one_state_does_not_steer_what_is_admitted_along_others_later() -> None:

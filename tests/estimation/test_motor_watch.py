@@ -181,3 +181,18 @@ def test_who_has_no_motors_has_no_state_for_them() -> None:
 def test_to_the_letter_of_the_paper_no_torque_errs() -> None:
     estimator = Estimator(RAILCAR, EstimatorSettings(preset="rig"), [*channels(COUNT), *TORQUES])
     assert not estimator.core.learns_torque_error
+
+
+def test_motors_that_work_against_each_other_show_no_error_and_spoil_nothing() -> None:
+    """One spins its wheelset up while the other brakes: K moves the wagon by nothing then."""
+    braking = Braking()
+    braking.run(10.0, 0.0, resistance_mps2())
+    core, brakes = braking.core, braking.brakes
+    for wheel, torque_nm in zip(core.wheels, (TORQUE_NM, -TORQUE_NM), strict=False):
+        wheel.torque.value = torque_nm
+    brakes.x[braking.place] = 0.2
+    core.give_to_line()
+    assert 0.0 <= braking.error < 0.2
+    assert brakes.x[brakes.layout.deceleration] == pytest.approx(0.0, abs=0.05)
+    assert all(0.0 < brakes.std(core.adhesion_place + i) < 0.1 for i in range(2))
+    assert braking.std == pytest.approx(WAGON.torque_error_std, rel=0.1)

@@ -37,6 +37,6 @@ def is_physical(x: Vector, covariance: Matrix, least: Vector, most: Vector) -> b
     """Whether a state is finite and within its bounds, and its variances are finite and not negative."""
     holds = covariance[0][0] >= 0.0
     for i, value in enumerate(x):
-        holds = holds & (max(least[i], -LARGEST) <= value) & (value <= min(most[i], LARGEST))
+        holds = holds & (least[i] <= value) & (value <= min(most[i], LARGEST))
         holds = holds & (covariance[i][i] >= 0.0) & (covariance[i][i] <= LARGEST)
     return holds
