@@ -59,7 +59,7 @@ LAYERS = {
             "doubts.dead_force doubts.seizing "
             "doubts.consistency doubts.braking_reference "
             "model model.friction_pause model.acting model.state_layout model.load_distribution model.wheelset "
-            "model.wagon model.load_transfer model.tuning model.regime model.brake_step "
+            "model.wagon model.tuning model.regime model.brake_step "
             "moment "
             "filter filter.belief filter.physical filter.filter_lines filter.brake_filter filter.tape "
             "learned "

@@ -6,7 +6,6 @@ from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.learned import Learned
 from brake_monitor.estimation.model.friction_pause import pause_variance
-from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.rolling.radius_calibration import MEMORY_S, TURNED_S
 
 FAST_MPS = 30.0  # of a train that went on while the program did not run
@@ -15,10 +14,9 @@ FAST_MPS = 30.0  # of a train that went on while the program did not run
 class EarlierRun:
     """Knows what an earlier run has learned, and sets it in the core."""
 
-    def __init__(self, core: Core, tuning: Tuning) -> None:
+    def __init__(self, core: Core) -> None:
         """Nothing is known of one."""
         self._core = core
-        self._tuning = tuning
         self._learned: Learned | None = None
         self._configured_m = tuple([wheel.radius.configured_m for wheel in core.wheels])
 
@@ -37,7 +35,7 @@ class EarlierRun:
 
     def recall(self, clock_s: float) -> None:
         """Take over friction and d, widened by what may have changed since; `clock_s`: of the first sample."""
-        learned, brakes, tuning = self._learned, self._core.filter, self._tuning
+        learned, brakes, tuning = self._learned, self._core.filter, self._core.filter.tuning
         if learned is None:
             return
         pause_s = clock_s - learned.time_s

@@ -66,7 +66,7 @@ class Estimator:
         self.changes = 0  # counts what happens to the core here: a compiled copy of it is out of date then
         self.late_count = 0
         self.clock_ahead_s = 0.0  # of the samples' time: what the clock that tells the time was set by meanwhile
-        self._earlier_run = EarlierRun(self.core, tuning)
+        self._earlier_run = EarlierRun(self.core)
         self._turning = TurningPoints(self.core)
         self.idle_brakes: frozenset[int] = frozenset()  # by wheelset, see `know_idle`
         self.core.enter_regime()

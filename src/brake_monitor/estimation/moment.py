@@ -87,7 +87,7 @@ class WagonMoment:
         self.torque_error_density = 0.0  # 1/s, of K
         self.motor_direction = 0.0  # 1 while motors drive, -1 while they brake, 0 where neither was lately
         self.motors_acted_s = -inf  # when any did last
-        self.pitching_mps2 = 0.0  # see `load_transfer`
+        self.pitching_mps2 = 0.0  # see `Wagon.loads_after_step`
         self.heading = 1.0  # -1 while the wagon reverses, as a speed with a sign has told, ...
         self.heading_told_by = -1  # ... this measured state; -1: none has, so that the wagon is taken to run forwards
         self.speed_lost = True

@@ -4,7 +4,7 @@ There is one function for each combination of flags: what a flag makes 0 is left
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache, partial
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 from brake_monitor.estimation.filter.physical import is_physical, physical_range
@@ -13,7 +13,6 @@ from brake_monitor.estimation.kalman.ekf import Innovation, Matrix, Measured, Ve
 from brake_monitor.estimation.kalman.straight_line import Named, flat_source, straight_line
 from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.brake_step import Conditions, Predicted, StepLength, coupled_step, literal_step
-from brake_monitor.estimation.model.load_transfer import loads_after_step
 from brake_monitor.estimation.model.regime import FixedDensities, free_states
 from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.estimation.model.wagon import Wagon
@@ -75,7 +74,7 @@ def step_line(equations: Equations, flags: StepFlags) -> Callable[..., Any]:
     ) -> tuple[Vector, Matrix, Sequence[Matrix], float, Vector]:
         state = x, _tied(wagon.layout, covariance, flags)
         moved = _predicted(equations, state, length, now, [one._replace(**fixed) for one in acting])
-        pitching_mps2, loads_n = loads_after_step(wagon, moved.x, now, length.settling_share)
+        pitching_mps2, loads_n = wagon.loads_after_step(moved.x, now, length.settling_share)
         return moved.x, moved.covariance, (moved.step, moved.noise) if flags.is_taped else (), pitching_mps2, loads_n
 
     acting = [Named(Acting)] * wagon.layout.wheelset_count
@@ -85,7 +84,7 @@ def step_line(equations: Equations, flags: StepFlags) -> Callable[..., Any]:
 @lru_cache(LINES_KEPT)
 def loads_line(wagon: Wagon) -> Callable[..., tuple[float, Vector]]:
     """The wheel loads after a step near standstill, in which nothing is predicted."""
-    return straight_line(partial(loads_after_step, wagon), [0.0] * wagon.layout.size, Named(ActingOnWagon), 0.0)
+    return straight_line(wagon.loads_after_step, [0.0] * wagon.layout.size, Named(ActingOnWagon), 0.0)
 
 
 @lru_cache(LINES_KEPT)
@@ -121,7 +120,7 @@ def flat_sources(equations: Equations) -> tuple[str, str]:
         return _predicted(equations._replace(densities=densities), *others)[:2]
 
     def loads(state: tuple[Vector, Matrix], length: StepLength, now: ActingOnWagon, *_: Any) -> tuple[float, Vector]:
-        return loads_after_step(wagon, state[0], now, length.settling_share)
+        return wagon.loads_after_step(state[0], now, length.settling_share)
 
     return flat_source(step, *given), flat_source(loads, *given)
 

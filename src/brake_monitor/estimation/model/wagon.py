@@ -8,8 +8,9 @@ The equations are the paper's (numbers in parentheses), put right in four places
 * **Signs.** As printed, (1) and (6) suit axes with z down, where forward rolling is omega < 0. Here all forward
   speeds are positive and mu_w, mu_b are positive while braking.
 * **Load transfer.** (12) puts (4) into (6) and drops 2 (h/a) mu_w, which is larger than the term it keeps. Here F_z,i
-  are inputs that follow (4) by themselves (`load_transfer`): in a train's restless d, or in the noise of mu_w, an EKF
-  would take the shaking of its own wheel loads for news of mu_b.
+  are inputs that follow (4) by themselves (`loads_after_step`): in a train's restless d, or in the noise of mu_w, an
+  EKF would take the shaking of its own wheel loads for news of mu_b, and minutes of steady braking would draw mu_b to
+  nothing (`tests/estimation/test_long_braking.py`).
 * **What transfers load.** Gravity and d act on the mass itself and pitch nothing; only what rail and air make of v̇
   belongs into (4). With all of v̇ in it, a wagon braked downhill at steady speed would have the loads of one at rest.
 
@@ -36,7 +37,7 @@ from dataclasses import dataclass
 from typing import NamedTuple, Self
 
 from brake_monitor.estimation.kalman.ekf import Matrix, Vector, zeros
-from brake_monitor.estimation.model.acting import Acting
+from brake_monitor.estimation.model.acting import Acting, ActingOnWagon
 from brake_monitor.estimation.model.load_distribution import load_distribution
 from brake_monitor.estimation.model.state_layout import StateLayout
 from brake_monitor.estimation.model.wheelset import Wheelset, brake_radps2, motor_radps2, rail_radps2
@@ -153,6 +154,15 @@ class Wagon:
     def worn(self, i: int, own: Acting) -> Wheelset:
         """Wheelset i with its radii of now: r_W as calibrated so far, and r_B, which on the tread wears with it."""
         return self.wheelsets[i]._replace(wheel_radius_m=own.wheel_radius_m, brake_radius_m=own.brake_radius_m)
+
+    def loads_after_step(self, x: Sequence[float], now: ActingOnWagon, share: float) -> tuple[float, Vector]:
+        """What pitches the wagon after a step, and the N wheel loads; both follow as slowly as suspensions let them.
+
+        `share`: see `StepLength.settling_share`.
+        """
+        settled_mps2 = self.pitching_mps2(x, now.mass_kg, now.heading)
+        pitching_mps2 = now.pitching_mps2 + (settled_mps2 - now.pitching_mps2) * share
+        return pitching_mps2, self.wheel_load_n(pitching_mps2, now.mass_kg)
 
     def linearise(self, x: Sequence[float], u: Inputs) -> tuple[Vector, Matrix]:
         """f(x, u) of (12) and A = ∂f/∂x, analytic: (6), (7), (10) for omega, (5) for v, (9) for mu_b.
