@@ -1,6 +1,7 @@
 """Slide protection is known by what it does to a brake, and a driver is not taken for it."""
 
 from collections.abc import Callable
+from math import exp
 
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.estimator import Estimator
@@ -62,6 +63,10 @@ def test_a_brake_that_hardly_presses_is_not_worth_emptying() -> None:
 def test_neither_a_slip_that_is_creep_nor_one_of_a_wagon_that_hardly_moves_is_a_slide() -> None:
     assert acts(dumps, slip=0.012, speed_mps=50.0) == 0
     assert acts(dumps, slip=SLIPS, speed_mps=5.0) == 0
+
+
+def test_a_brake_that_is_let_go_slowly_is_not_emptied() -> None:
+    assert acts(lambda t: FULL_N * exp(-max(t - 2.0, 0.0) / 2.3)) == 0
 
 
 def test_a_brake_that_is_kept_empty_was_emptied_once() -> None:
