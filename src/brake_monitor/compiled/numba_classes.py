@@ -99,7 +99,8 @@ def as_tuple(holder: type, name: str, module: str) -> Any:
 
 
 def _names(thing: object) -> tuple[str, ...]:
-    return getattr(thing, "__struct_fields__", None) or tuple(vars(thing))
+    names = getattr(thing, "__struct_fields__", None) or vars(thing)
+    return tuple([name for name in names if type(getattr(thing, name)) is not tuple])  # which nothing compiled reads
 
 
 def teach(tuples: Iterable[type], modules: Iterable[ModuleType]) -> None:

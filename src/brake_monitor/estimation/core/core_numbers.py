@@ -11,33 +11,13 @@ from math import inf
 from brake_monitor.estimation.estimate import MOTOR_ACTS_MPS2, slip_of
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.kalman.foretold import Foretold
+from brake_monitor.estimation.model.tuning import Tuning
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.model.wheelset import braking_ratio, motor_demand
 from brake_monitor.estimation.moment import ChannelState, Readings, WagonMoment, WheelsetMoment
 
 STRAYED_SIGMAS = 2.0  # of L, as it was known when the brake application began
 LINE_CHANGE_MPS2 = 0.05  # standard deviation of what a line changes by as a brake or a motor comes on: 5 per mille
-
-
-@dataclass
-class CoreTuning:
-    """What of `Tuning` the core goes by, under the names there."""
-
-    omega: float
-    friction: float
-    friction_own: float
-    adhesion_own: float
-    adhesion_sliding: float
-    deceleration: float
-    deceleration_braking: float
-    deceleration_sliding: float
-    deceleration_doubted: float
-    friction_doubted: float
-    uptake_std: float
-    torque_error_std: float
-    converged_adhesion_std: float
-    converged_friction_std: float
-    literal: bool
 
 
 @dataclass(slots=True)
@@ -58,7 +38,7 @@ class CoreNumbers:
     readings: Sequence[Readings]  # N + 1: of the wheelsets' speeds and the vehicle's
     channels: Sequence[ChannelState]  # one for each mapped signal
     load_n: MutableSequence[float]  # what each load signal says; NaN before it has said anything
-    tuning: CoreTuning
+    tuning: Tuning
     foretold: Foretold
     largest_deceleration_mps2: float
     one_wsp_signal: bool  # at most one is mapped: it stands for all wheelsets

@@ -1,11 +1,9 @@
 """An estimator's core before its first sample, from vehicle, settings and channels."""
 
 from collections.abc import Sequence
-from dataclasses import fields
 from math import hypot, nan
 
 from brake_monitor.estimation.core.core import ELSE, TELLS, Core
-from brake_monitor.estimation.core.core_numbers import CoreTuning
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.kalman.foretold import Foretold
 from brake_monitor.estimation.model.tuning import Tuning
@@ -55,7 +53,7 @@ def new_core(
         readings=[Readings(std) for std in noise_std],
         channels=[_state(channel, tuning, layout.speed) for channel in channels],
         load_n=[nan] * sum(channel.quantity is Quantity.LOAD_FORCE for channel in channels),
-        tuning=CoreTuning(*(getattr(tuning, field.name) for field in fields(CoreTuning))),
+        tuning=tuning,
         foretold=Foretold(foretells),
         largest_deceleration_mps2=UNEXPLAINED_SIGMAS * hypot(tuning.deceleration_std, tuning.deceleration_onset_std),
         one_wsp_signal=(Quantity.WSP_ACTIVE, 1) not in by_measurand,
@@ -68,11 +66,10 @@ def new_core(
 
 def _state(channel: Channel, tuning: Tuning, speed_place: int) -> ChannelState:
     fixed = {Quantity.AXLE_SPEED: tuning.omega_variance, Quantity.SPEED: tuning.speed_variance}
-    variance = fixed.get(channel.quantity)
     return ChannelState(
         TELLS.get(channel.quantity, ELSE),
         channel.wheelset,
         speed_place if channel.quantity is Quantity.SPEED else channel.wheelset,
-        channel.noise_std**2 if variance is None else variance,
+        fixed.get(channel.quantity) or channel.noise_std**2,
         TRAITS[channel.quantity].largest,
     )

@@ -47,8 +47,8 @@ class Tuning(Struct, frozen=True, kw_only=True):
     speed_lag_std: float = 0.0  # s, by how much readings of the vehicle's speed may come late, or the forces
     torque_error_std: float  # of K
     literal: bool = False  # covariance added per step as printed in (20), without the coupled terms
-    omega_variance: float | None = None  # R_11 of (20) in (rad/s)², instead of the sensor's own
-    speed_variance: float | None = None  # R_22 of (20) in (m/s)²
+    omega_variance: float = 0.0  # R_11 of (20) in (rad/s)², instead of the sensor's own
+    speed_variance: float = 0.0  # R_22 of (20) in (m/s)²
 
 
 # The spectral densities that `tune` fits; a recording tells little of the others.
