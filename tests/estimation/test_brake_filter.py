@@ -9,6 +9,7 @@ from brake_monitor.estimation.core.correction import FROZEN
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.estimation.filter.brake_filter import BrakeFilter
 from brake_monitor.estimation.filter.physical import ADHESION_RANGE
+from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
 from brake_monitor.estimation.model.tuning import WAGON
 from brake_monitor.estimation.model.wagon import Wagon
 from brake_monitor.samples import Quality, Quantity, Sample
@@ -56,6 +57,21 @@ def test_what_is_learned_of_one_state_does_not_steer_what_is_admitted_along_othe
     brakes.direction[brakes.layout.friction.start] = 1.0
     brakes.admit_along(1.0)
     assert brakes.covariance[speed][speed] == known
+
+
+def test_near_standstill_an_adhesion_comes_to_be_as_unknown_as_it_was_beforehand_and_no_more() -> None:
+    brakes, step_s = filter_of(2), 0.1
+    first, second = brakes.adhesion_place, brakes.adhesion_place + 1
+    brakes.forget(first, 0.05, 0.01)
+    brakes.forget(second, 0.05, 2.0 * WAGON.adhesion_std)  # as a slide may have left it
+    speed_variance = brakes.covariance[brakes.speed_place][brakes.speed_place]
+    brakes.admit_unseen(step_s)
+    assert brakes.std(first) ** 2 == pytest.approx(0.01**2 + SLOW_ADHESION_DENSITY * step_s)
+    for _ in range(99):
+        brakes.admit_unseen(step_s)
+    assert brakes.std(first) == pytest.approx(WAGON.adhesion_std)
+    assert brakes.std(second) == pytest.approx(2.0 * WAGON.adhesion_std)
+    assert brakes.std(brakes.speed_place) ** 2 == pytest.approx(speed_variance + 100 * step_s * SLOW_SPEED_DENSITY)
 
 
 @pytest.mark.parametrize("wheelset_count", [2, 4])
