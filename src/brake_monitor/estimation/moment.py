@@ -176,11 +176,6 @@ class WheelsetMoment:
         self.surprise = Surprise()
 
     @property
-    def is_untold(self) -> bool:
-        """Whether it is locked, or its force lost: its adhesion and d show in v alone, which tells neither."""
-        return self.force_lost or not self.turns
-
-    @property
     def wheel_radius_m(self) -> float:
         """r_W as calibrated so far."""
         return self.radius.radius_m

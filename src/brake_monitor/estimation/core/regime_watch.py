@@ -243,19 +243,19 @@ class RegimeWatch(MotorWatch):
             density = q.deceleration_sliding if now.has_slid else q.deceleration_braking
             if now.time_s - now.application.began_s < PULL_ENDS_S:
                 density += now.application.pull_variance / PULL_CUT_S
-        any_locked = any_untold = any_seizes = False
+        any_locked = any_lost = any_seizes = False
         for wheel in self.wheels:
             any_locked = any_locked or not wheel.turns
-            any_untold = any_untold or wheel.is_untold
+            any_lost = any_lost or wheel.force_lost
             any_seizes = any_seizes or wheel.seizing.is_on
         if any_seizes:  # a coupler takes that up at once
             density = max(density, q.deceleration_sliding)
-        if density > 0.0 and any_untold:
+        if density > 0.0 and (any_locked or any_lost):  # their adhesion and d show in v alone, which tells neither
             if any_locked:
                 density += LOCKED_LINE_DENSITY * self.speed_mps()
-            if self.is_speed_doubtful():  # then mu_w of these wheelsets may change quickly
+            if self.is_speed_doubtful():
                 for wheel in self.wheels:
-                    if wheel.is_untold:
+                    if wheel.force_lost or not wheel.turns:
                         wheel.adhesion_density = UNTOLD_ADHESION_DENSITY
         elif (
             density > 0.0
