@@ -1,13 +1,14 @@
 """What the filter takes to be known of pads from one stop to the next, and of sliding before any wheelset has."""
 
 from collections.abc import Iterator
+from math import hypot
 
 import numpy as np
 import pytest
 
 from brake_monitor.estimation.core.correction import FROZEN
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.filter.brake_filter import BrakeFilter
+from brake_monitor.estimation.filter.brake_filter import LAG_RENEWED_S, BrakeFilter
 from brake_monitor.estimation.filter.physical import ADHESION_RANGE
 from brake_monitor.estimation.model.regime import SLOW_ADHESION_DENSITY, SLOW_SPEED_DENSITY
 from brake_monitor.estimation.model.tuning import WAGON
@@ -57,6 +58,24 @@ def test_what_is_learned_of_one_state_does_not_steer_what_is_admitted_along_othe
     brakes.direction[brakes.layout.friction.start] = 1.0
     brakes.admit_along(1.0)
     assert brakes.covariance[speed][speed] == known
+
+
+def test_as_a_brake_is_put_on_the_lag_is_known_a_little_worse_and_never_worse_than_beforehand() -> None:
+    brakes = filter_of(2)
+    lag = brakes.layout.lag
+    brakes.forget(lag, 0.1, 0.01)
+    brakes.doubt_lag()
+    assert (brakes.x[lag], brakes.std(lag)) == (0.1, pytest.approx(hypot(0.01, LAG_RENEWED_S)))
+    for _ in range(50):
+        brakes.doubt_lag()
+    assert brakes.std(lag) == pytest.approx(WAGON.speed_lag_std)
+
+
+def test_what_all_pads_share_is_no_less_known_than_beforehand_however_often_a_brake_is_put_on() -> None:
+    brakes = filter_of(2)
+    beforehand = np.array(brakes.covariance)
+    brakes.renew_friction(3.0 * PRIOR, 0.0)
+    assert np.array(brakes.covariance) == pytest.approx(beforehand, abs=1e-12)
 
 
 def test_near_standstill_an_adhesion_comes_to_be_as_unknown_as_it_was_beforehand_and_no_more() -> None:
