@@ -18,7 +18,7 @@ import numpy as np
 import pytest
 
 from brake_monitor.alarm_campaign.drives import Drive
-from brake_monitor.compiled import code_folder, code_maker, compiled_core, kept_code
+from brake_monitor.compiled import code_folder, code_maker, kept_code
 from brake_monitor.compiled.compiled_core import OBJECTS, FilterTuple
 from brake_monitor.compiled.compiled_estimator import CompiledEstimator
 from brake_monitor.compiled.numba_classes import class_of, record_type
@@ -300,15 +300,6 @@ def test_what_was_played_in_blocks_goes_on_frame_by_frame(has_delays: bool) -> N
     last = [[o.estimate for o in some if o.estimate is not None][-1] for some in (expected, found)]
     assert last[1].adhesion == pytest.approx(last[0].adhesion, rel=1e-9)
     assert last[1].time_s == last[0].time_s
-
-
-def test_a_run_that_ends_with_the_last_look_there_is_room_for_knows_what_came_last(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
-    monkeypatch.setattr(compiled_core, "GLANCES_KEPT", 1)
-    recording = simulated(DRY)
-    settings = msgspec.structs.replace(recording.settings, output=EVERY_FRAME)
-    assert_the_same(settings, list(recording.frames))
 
 
 def test_what_an_earlier_run_has_learned_may_come_between_blocks() -> None:
