@@ -78,6 +78,41 @@ def test_what_all_pads_share_is_no_less_known_than_beforehand_however_often_a_br
     assert np.array(brakes.covariance) == pytest.approx(beforehand, abs=1e-12)
 
 
+@pytest.mark.parametrize(
+    ("known", "since", "expected"),
+    [
+        (0.01**2, 0.02**2, 0.01**2 + 0.02**2),
+        (0.01**2, 1.0, PRIOR),  # however long ago
+        (4.0 * PRIOR, 1.0, 4.0 * PRIOR),  # it was known worse than nominal friction is, and has not got better
+        (0.5 * PRIOR_OWN, 0.0, 0.5 * PRIOR_OWN),
+    ],
+)
+def test_friction_of_an_earlier_run_is_known_as_it_was_and_a_little_worse(
+    known: float, since: float, expected: float
+) -> None:
+    brakes = filter_of(2)
+    brakes.recall_friction([0.33, 0.37], known, since)
+    block = brakes.layout.friction
+    own = min(PRIOR_OWN, expected)  # pads are of a kind: they share the rest
+    assert brakes.x[block] == [0.33, 0.37]
+    shared = np.full((2, 2), expected - own) + own * np.eye(2)
+    assert np.array(brakes.covariance)[block, block] == pytest.approx(shared, abs=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("unmodelled_mps2", "coasting_mps2", "pull_mps2"),
+    [(-0.3, 0.0, 0.3), (0.3, 0.0, 0.0), (-0.3, -0.3, 0.0), (-0.3, 0.2, 0.3), (-0.05, 0.0, 0.0)],
+    ids=["pulled", "held back", "downhill", "uphill before", "by a gradient as any"],
+)
+def test_what_pulls_makes_the_wagon_faster_than_its_line_does(
+    unmodelled_mps2: float, coasting_mps2: float, pull_mps2: float
+) -> None:
+    brakes = filter_of(2)
+    brakes.x[brakes.layout.deceleration] = unmodelled_mps2
+    expected = pull_mps2**2 - WAGON.deceleration_std**2 if pull_mps2 else 0.0
+    assert brakes.pull_variance(coasting_mps2) == pytest.approx(expected)
+
+
 def test_near_standstill_an_adhesion_comes_to_be_as_unknown_as_it_was_beforehand_and_no_more() -> None:
     brakes, step_s = filter_of(2), 0.1
     first, second = brakes.adhesion_place, brakes.adhesion_place + 1
