@@ -6,8 +6,9 @@ import numpy as np
 import pytest
 
 from brake_monitor.arrays import Floats
+from brake_monitor.estimation.doubts.consistency import BIASED
 from brake_monitor.estimation.estimator import Estimator
-from brake_monitor.estimation.filter.tape import Reading, Step, Tape, TapedFilter
+from brake_monitor.estimation.filter.tape import FOLLOWED_S, Reading, Step, Tape, TapedFilter
 from brake_monitor.estimation.kalman.ekf import Measured
 from brake_monitor.estimation.model.tuning import RIG, TRAIN
 from brake_monitor.estimation.model.wagon import Wagon
@@ -161,6 +162,27 @@ def test_what_is_in_doubt_has_moved_before() -> None:
     noise = [event.noise[place, place] for event in brakes.tape.events if isinstance(event, Step)]
     assert noise == pytest.approx([0.0, 0.0, 0.18, 0.18, 0.0, 0.0])  # from 0 to -0.6 in steps 2 and 3
     assert sum(event.noise.sum() for event in brakes.tape.events if isinstance(event, Step)) == pytest.approx(0.36)
+
+
+def test_a_doubt_of_the_speed_moves_d_before_it_once_when_d_has_followed() -> None:
+    estimator = Taped(vehicle(2), EstimatorSettings(), channels(2))
+    brakes, now, wheels = estimator.filter, estimator.core.now, estimator.core.wheels
+    assert isinstance(brakes, TapedFilter)
+    place, doubted_s, lasts_s, step_s = brakes.layout.deceleration, 5.0, 4.0, 0.1
+    now.near_standstill = False
+    walked, added = [], []  # variance of d on the tape: as a step is noted, and what has come to it since
+    for k in range(120):
+        now.time_s = k * step_s
+        if doubted_s <= now.time_s <= doubted_s + lasts_s:
+            now.consistency.raised_s[BIASED] = now.time_s
+            brakes.x[place] = 0.4
+        brakes.predict(now, wheels, step_s)
+        steps = [event for event in brakes.tape.events if isinstance(event, Step)]
+        walked.append(steps[-1].noise[place, place])
+        added.append(sum(step.noise[place, place] for step in steps[-len(walked) :]) - sum(walked))
+    followed = round((doubted_s + FOLLOWED_S) / step_s)
+    assert added[: followed - 1] == pytest.approx([0.0] * (followed - 1), abs=1e-12)
+    assert added[followed + 1 :] == pytest.approx([0.4**2] * (120 - followed - 1))
 
 
 @pytest.mark.parametrize("number", [np.nan, np.inf])
