@@ -101,7 +101,7 @@ LAYERS = {
             "inputs.speed_scale inputs.odd_turning inputs.turning "
             "inputs.watched_wheelset inputs.wagon_past inputs.speed_doubt inputs.wheel_watch inputs.refusals "
             "inputs.lone_inputs inputs.frozen_forces inputs.dead_forces inputs.scatter_watch inputs.block_watch "
-            "inputs.input_judge bus_watch observation rule alarm_cycle rules rules.earlier_count "
+            "inputs.input_judge bus_watch observation rule alarm_cycle rules rules.earlier_count rules.event_end "
             "rules.slippery_stretch rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
             "rules.bus_pace "
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.agreed_shares rules.told_apart "

@@ -9,17 +9,16 @@ from brake_monitor.monitoring.alarm import Alarm
 from brake_monitor.monitoring.alarm_cycle import AlarmCycle
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import EventRule, LastingRule, Rule, Verdict
+from brake_monitor.monitoring.rule import AnyRule, Verdict
 
 
 class _WatchedRule:
     """A rule, and the life of its alarm of each of its wheelsets."""
 
-    def __init__(self, rule: Rule) -> None:
+    def __init__(self, rule: AnyRule) -> None:
         self._rule = rule
-        self.judge = rule.judge
-        kind, settings, is_event = rule.kind, rule.settings, isinstance(rule, EventRule)
-        self.cycles = tuple(AlarmCycle(kind, wheelset, settings, is_event=is_event) for wheelset in rule.wheelsets)
+        self.judge, kind, settings = rule.judge, rule.kind, rule.settings
+        self.cycles = tuple(AlarmCycle(kind, i, settings, is_event=rule.is_event) for i in rule.wheelsets)
         self.quiet: tuple[Verdict, ...] = ()  # verdicts that left no alarm open or about to be raised
 
     def go_on(self, now: Estimate, verdicts: tuple[Verdict, ...]) -> list[Alarm]:
@@ -29,7 +28,7 @@ class _WatchedRule:
             alarm = cycle.see(now, verdict)
             if alarm is None:
                 continue
-            if alarm.cleared_time_s is not None and isinstance(self._rule, EventRule):
+            if alarm.cleared_time_s is not None:
                 closing = self._rule.closing_evidence(i)
                 if closing.get("started_time_s") in (None, alarm.evidence.get("started_time_s")):  # of the same event
                     alarm = replace(alarm, evidence=alarm.evidence | closing)
@@ -41,16 +40,14 @@ class _WatchedRule:
         """Go on with an alarm of this rule that was open when the program ended."""
         for i, cycle in enumerate(self.cycles):
             if cycle.wheelset == alarm.wheelset:
-                rule = self._rule
-                misled_by = rule.resume(i, alarm.evidence) if isinstance(rule, LastingRule) else None
-                cycle.resume(alarm, misled_by)
+                cycle.resume(alarm, self._rule.resume(i, alarm.evidence))
                 self.quiet = ()
 
 
 class Monitor:
     """Shows every observation to every rule and keeps the alarms."""
 
-    def __init__(self, rules: Iterable[Rule]) -> None:
+    def __init__(self, rules: Iterable[AnyRule]) -> None:
         """Those that are off are left out."""
         self._rules = {rule.kind: _WatchedRule(rule) for rule in rules if rule.settings.enabled}
         self._cycles = tuple(cycle for rule in self._rules.values() for cycle in rule.cycles)

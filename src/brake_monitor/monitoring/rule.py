@@ -1,7 +1,8 @@
 """What a rule is: it judges what it sees. The life of the alarm that comes of it is not its business."""
 
+from abc import ABC, abstractmethod
 from enum import Enum
-from typing import Protocol, runtime_checkable
+from typing import Any, Generic, TypeVar
 
 from msgspec import Struct
 
@@ -40,36 +41,33 @@ FINE, UNKNOWN = NoFinding.FINE, NoFinding.UNKNOWN
 Verdict = Finding | Suspicion | NoFinding
 
 
-class Rule(Protocol):
-    """One kind of alarm. `judge` is called at each observation, in order of time, also while the alarm is open."""
+Settings = TypeVar("Settings", bound=RuleSettings)
 
-    @property
-    def kind(self) -> str:
-        """As in `Alarm`."""
 
-    @property
-    def settings(self) -> RuleSettings:
-        """Thresholds and timing."""
+class Rule(ABC, Generic[Settings]):
+    """One kind of alarm, of each wheelset or of the wagon."""
 
-    @property
-    def wheelsets(self) -> tuple[int | None, ...]:
-        """The wheelsets (from 1) that it judges, or (None,) for the wagon; methods get which of them, from 0."""
+    kind: str  # as in `Alarm`
+    is_event = False  # each of its alarms is an event of its own, however soon it follows the one before
 
+    def __init__(self, settings: Settings, wheelset_count: int = 0) -> None:
+        """With thresholds and timing; 0: it judges the wagon."""
+        self.settings = settings
+        self.wheelsets: tuple[int | None, ...] = tuple(range(1, wheelset_count + 1)) or (None,)
+
+    @abstractmethod
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
-        """One verdict per wheelset, or the one of the wagon."""
-
-
-@runtime_checkable
-class LastingRule(Rule, Protocol):
-    """A rule that must know of its open alarms what no observation shows anew."""
+        """One verdict for each of `wheelsets`, at each observation, in order of time, also while its alarm is open."""
 
     def resume(self, i: int, evidence: Values) -> MisledBy | None:
-        """Go on with what an earlier run of the program has told of wheelset i, with this evidence; as in `Finding`."""
+        """Go on with an open alarm of an earlier run, of the wheelset in place i, where no observation shows it anew.
 
-
-@runtime_checkable
-class EventRule(LastingRule, Protocol):
-    """A rule whose alarms are events that show their extent as they end."""
+        It had this evidence; why estimates err, as in `Finding`.
+        """
 
     def closing_evidence(self, i: int) -> Values:
-        """What is worth keeping of the event of wheelset i that has just ended; the rule forgets it."""
+        """What is worth keeping of an alarm that shows its extent as it is cleared; the rule forgets it."""
+        return {}
+
+
+AnyRule = Rule[Any]

@@ -2,5 +2,5 @@
 
 * `dragging_brake`: `participation`, `pulled_braked`, `hidden_drag` after a release, `lasting_creep` over a long way;
 * `friction_out_of_band`, `friction_drift`, `uneven_braking`: `per_application`, and `told_apart` by `creep_shares`;
-* `low_adhesion`: `slippery_stretch`; `inputs`: `losses`; `slide`, `buses`: `earlier_count`.
+* `low_adhesion`: `slippery_stretch`; `inputs`: `losses`; `slide`: `event_end`; `buses`: `earlier_count`.
 """

@@ -2,7 +2,7 @@
 
 from brake_monitor.estimation.model.tuning import resolve
 from brake_monitor.monitoring.creep_meter import CreepMeter
-from brake_monitor.monitoring.rule import Rule
+from brake_monitor.monitoring.rule import AnyRule
 from brake_monitor.monitoring.rules.brake_not_applied import BrakeNotApplied
 from brake_monitor.monitoring.rules.buses import BusFault, BusSilent
 from brake_monitor.monitoring.rules.dragging_brake import DraggingBrake
@@ -20,12 +20,12 @@ from brake_monitor.settings.alarm_settings import AlarmSettings
 from brake_monitor.settings.config import Settings
 
 
-def all_rules(settings: Settings, creep: CreepMeter) -> tuple[Rule, ...]:
+def all_rules(settings: Settings, creep: CreepMeter) -> tuple[AnyRule, ...]:
     """All of them, for the wagon of these settings; `creep` is shared with others that ask how far it creeps."""
     return (*wagon_rules(settings.alarms, settings.vehicle.wheelset_count), *brake_rules(settings, creep))
 
 
-def wagon_rules(alarms: AlarmSettings, wheelset_count: int) -> tuple[Rule, ...]:
+def wagon_rules(alarms: AlarmSettings, wheelset_count: int) -> tuple[AnyRule, ...]:
     """Those on wheels and rail, and on what the monitor itself needs."""
     return (
         WheelsetNotRotating(alarms.wheelset_not_rotating, wheelset_count),
@@ -39,7 +39,7 @@ def wagon_rules(alarms: AlarmSettings, wheelset_count: int) -> tuple[Rule, ...]:
     )
 
 
-def brake_rules(settings: Settings, creep: CreepMeter) -> tuple[Rule, ...]:
+def brake_rules(settings: Settings, creep: CreepMeter) -> tuple[AnyRule, ...]:
     """Those on the brake units themselves."""
     alarms, wear, count = settings.alarms, settings.wear, settings.vehicle.wheelset_count
     contact_force_n, nominal = settings.estimator.contact_force_n, settings.estimator.friction_nominal

@@ -9,7 +9,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.creep_meter import AVERAGE_S, LEAST_CREEP, Creep, CreepMeter
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
 from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, Participation
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import BrakeNotAppliedRule
@@ -18,7 +18,7 @@ BRAKES = 0.5  # of the others' creep: a wheelset that creeps more is braked, wha
 CLEAR_SIGMAS = 2.0  # of the noise; nearer to BRAKES creep says nothing
 
 
-class BrakeNotApplied:
+class BrakeNotApplied(Rule[BrakeNotAppliedRule]):
     """Judges pressing forces against each other.
 
     A sensor that says 0 while the brake works is told from a brake that does not press by what the wheelset does: with
@@ -37,9 +37,7 @@ class BrakeNotApplied:
         wheelset_count: int,
         creep: CreepMeter,
     ) -> None:
-        self.settings = settings
-        self.wheelsets = tuple(range(1, wheelset_count + 1))
-        self._all_unknown = (UNKNOWN,) * wheelset_count
+        super().__init__(settings, wheelset_count)
         self._contact_force_n = contact_force_n
         self._others_n = max(settings.others_force_n, contact_force_n)  # below the contact force none presses
         self._nominal = friction_nominal
@@ -60,11 +58,11 @@ class BrakeNotApplied:
         if not seen.all_good:
             return self._judge_beside_wrong_inputs(seen)
         if now.speed_mps < self.settings.min_speed_mps or max(seen.forces_n) < self._others_n:
-            return self._all_unknown
+            return (UNKNOWN,) * count
         if min(seen.forces_n) >= self._others_n:
             return (FINE,) * count
         if MisledBy.IDLE in seen.misled_by:  # it may be the sensors of those that press
-            return self._all_unknown
+            return (UNKNOWN,) * count
         creep = self._creep.creep(now)
         return tuple(self._judge(i, now, creep) for i in range(count))
 

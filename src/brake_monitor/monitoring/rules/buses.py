@@ -5,7 +5,7 @@ from math import inf
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import BusReport
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
 from brake_monitor.plural import plural
 from brake_monitor.samples import Quantity
@@ -36,17 +36,16 @@ class _Unheard:
         return UNKNOWN if self._names else FINE
 
 
-class BusSilent:
+class BusSilent(Rule[BusSilentRule]):
     """Judges how long no frame has come from each bus.
 
     Of a wagon that stood before, the train may have been switched off.
     """
 
     kind = "bus_silent"
-    wheelsets = (None,)
 
     def __init__(self, settings: BusSilentRule) -> None:
-        self.settings = settings
+        super().__init__(settings)
         self._stood = False  # the wagon, when its speed was last told
         self._unheard = _Unheard()
 
@@ -81,14 +80,13 @@ class BusSilent:
         return max(self.settings.silent_s, SHORTEST_TIMEOUTS * bus.expected_within_s)
 
 
-class BusFault:
+class BusFault(Rule[BusFaultRule]):
     """Judges how many error frames came lately, and whether the controller or the interface is off."""
 
     kind = "bus_fault"
-    wheelsets = (None,)
 
     def __init__(self, settings: BusFaultRule) -> None:
-        self.settings = settings
+        super().__init__(settings)
         self._earlier: dict[str, EarlierCount[int]] = {}  # error frames since the start, per bus
         self._unheard = _Unheard(settings.window_s)
 

@@ -9,7 +9,7 @@ from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Suspicion, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Suspicion, Verdict
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.rules.lasting_creep import CreepDrag, LastingCreepSearch
 from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, Participation
@@ -22,7 +22,7 @@ STRONG = 3.0  # times the force of a brake that should be released: snow brakes 
 GAINED_MPS = 5.0  # with brakes that are about to release, as those at a train's end, it gains less
 
 
-class DraggingBrake:
+class DraggingBrake(Rule[DraggingBrakeRule]):
     """Judges pressing forces against each other, and whether one that stays really retards.
 
     Fewer than half that stay have not been released. Half of them that stay have not, either, when they eased as the
@@ -35,9 +35,7 @@ class DraggingBrake:
     kind = "dragging_brake"
 
     def __init__(self, settings: DraggingBrakeRule, friction_nominal: float, wheelset_count: int) -> None:
-        self.settings = settings
-        self.wheelsets = tuple(range(1, wheelset_count + 1))
-        self._all_fine = (FINE,) * wheelset_count
+        super().__init__(settings, wheelset_count)
         self._released_n = RELEASE_FRACTION * settings.min_force_n
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._participation = Participation(settings.min_force_n, wheelset_count)
@@ -66,7 +64,7 @@ class DraggingBrake:
             return (UNKNOWN,) * count
         may_drag = self._drags_unseen or self._long_search.suspected is not None
         if not may_drag and max(seen.forces_n) < self._released_n:  # the usual case
-            return self._all_fine
+            return (FINE,) * count
         released = [i for i, force_n in enumerate(seen.forces_n) if force_n < self._released_n]
         found = {creeping.wheelset: _creeping(creeping, now)} if creeping else {}
         if hidden:

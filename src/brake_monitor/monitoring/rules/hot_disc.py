@@ -4,18 +4,17 @@ from math import inf
 
 from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
 from brake_monitor.settings.alarm_settings import HotDiscRule
 
 
-class HotDisc:
+class HotDisc(Rule[HotDiscRule]):
     """Judges the estimated temperature of each wheelset's discs."""
 
     kind = "hot_disc"
 
     def __init__(self, settings: HotDiscRule, wheelset_count: int) -> None:
-        self.settings = settings
-        self.wheelsets = tuple(range(1, wheelset_count + 1))
+        super().__init__(settings, wheelset_count)
         self._peaks_c = [-inf] * wheelset_count  # since they were last fine
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:

@@ -1,13 +1,13 @@
 """Input lost, input implausible: what is wrong is a sensor or its wiring, not the brake."""
 
-from collections.abc import Mapping, Set
+from collections.abc import Mapping
 from math import inf
 
 from brake_monitor.estimation.known_inputs import RELEASED_N
 from brake_monitor.monitoring.alarm import Severity, Values, signals_in
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.reports import InputReport
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Settings, Verdict
 from brake_monitor.monitoring.rules.bus_pace import BusPace, is_quiet
 from brake_monitor.monitoring.rules.losses import Losses
 from brake_monitor.plural import plural
@@ -32,24 +32,36 @@ TO_CHECK: Mapping[tuple[InputCondition, Quantity], str] = {  # beside sensor and
 }
 CHECK_TIME_OUT = ". Check the contacts, and that timeout_s is longer than it takes from one message to the next"
 NEVER: Mapping[Measurand, int] = {}
-NONE = frozenset[str]()
 TURNS_RADPS = 1.0  # below it a wheelset stands, or its sensor is dead
 SILENT = (InputCondition.AWAITED, InputCondition.LOST)
 
 
-class InputLost:
+class _InputRule(Rule[Settings]):
+    """Remembers what it has told of, by its names in the DBC, until that is known to be good."""
+
+    def __init__(self, settings: Settings, wheelset_count: int) -> None:
+        super().__init__(settings, wheelset_count)
+        self.wheelsets = (None, *self.wheelsets)
+        self._unsure: set[str] = set()
+
+    def resume(self, _: int, evidence: Values) -> None:
+        """Go on with signals that were lost or wrong."""
+        self._unsure.update(signal for signal, _ in signals_in(evidence))
+
+    def _nothing_found(self, reports: list[InputReport]) -> Verdict:
+        return UNKNOWN if any(report.channel.source in self._unsure for report in reports) else FINE
+
+
+class InputLost(_InputRule[InputLostRule]):
     """Judges whether each mapped signal arrives, and does not come and go, on a bus that does carry something."""
 
     kind = "input_lost"
 
     def __init__(self, settings: InputLostRule, wheelset_count: int) -> None:
-        self.settings = settings
-        self.wheelsets = (None, *range(1, wheelset_count + 1))
-        self._all_fine = (FINE,) * len(self.wheelsets)
+        super().__init__(settings, wheelset_count)
         self._pace = BusPace()
         self._losses = Losses(settings.losses_per_minute)
         self._lapsed_s: dict[Measurand, float] = {}  # since when each is lost
-        self._unsure: set[str] = set()  # what was found, and has not come since; by its name in the DBC
         self._has_come: set[Measurand] = set()
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
@@ -61,15 +73,11 @@ class InputLost:
         often = self._losses.see(seen, quiet_since_s)
         if not (seen.inputs.not_good or often):
             self._lapsed_s, self._unsure = {}, set()
-            return self._all_fine
+            return (FINE,) * len(self.wheelsets)
         self._unsure &= {report.channel.source for report in seen.inputs.not_good if report.condition in SILENT}
         lost = [r.measurand for r in seen.inputs.not_good if r.condition is InputCondition.LOST]
         self._lapsed_s = {measurand: min(self._lapsed_s.get(measurand, inf), seen.time_s) for measurand in lost}
         return tuple(self._judge(wheelset, reports_of(wheelset, seen), heard_s, often) for wheelset in self.wheelsets)
-
-    def resume(self, _: int, evidence: Values) -> None:
-        """Go on with signals that were lost."""
-        self._unsure.update(signal for signal, _ in signals_in(evidence))
 
     def _judge(
         self,
@@ -83,8 +91,7 @@ class InputLost:
         restless = [report for report in reports if report.measurand in often]
         lost = [r for r in gone if r not in restless and heard_s.get(r.channel.bus, -inf) > self._lapsed_s[r.measurand]]
         if not (lost or restless):
-            unsure = any(report.condition in SILENT and report.channel.source in self._unsure for report in reports)
-            return UNKNOWN if unsure else FINE
+            return self._nothing_found(reports)
         came = [report for report in lost if report.measurand in self._has_come]
         never = [report for report in lost if report not in came]
         said = [
@@ -101,7 +108,7 @@ class InputLost:
         return Finding(severity(found), " ".join(said), evidence(found, often), is_all=True)
 
 
-class InputImplausible:
+class InputImplausible(_InputRule[InputImplausibleRule]):
     """Judges whether what arrives of each mapped signal can be used.
 
     A lost signal cannot be judged, nor one that has yet to come; that does not keep an alarm about others open. Nor is
@@ -111,33 +118,20 @@ class InputImplausible:
 
     kind = "input_implausible"
 
-    def __init__(self, settings: InputImplausibleRule, wheelset_count: int) -> None:
-        self.settings = settings
-        self.wheelsets = (None, *range(1, wheelset_count + 1))
-        self._all_fine = (FINE,) * len(self.wheelsets)
-        self._unsure: set[str] = set()  # what was wrong, and has not been good since; by its name in the DBC
-
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict for the wagon's own signals and one per wheelset."""
-        at_zero = _at_zero(seen) & self._unsure if self._unsure else NONE
+        at_zero = self._unsure and _at_zero(seen) & self._unsure
         if not (seen.inputs.not_good or at_zero):
             self._unsure = set()
-            return self._all_fine
+            return (FINE,) * len(self.wheelsets)
         self._unsure &= {report.channel.source for report in seen.inputs.not_good} | at_zero
         self._unsure |= {report.channel.source for report in seen.inputs.not_good if report.condition in IMPLAUSIBLE}
-        return tuple(self._judge(wheelset, reports_of(wheelset, seen), at_zero) for wheelset in self.wheelsets)
+        return tuple(self._judge(wheelset, reports_of(wheelset, seen)) for wheelset in self.wheelsets)
 
-    def resume(self, _: int, evidence: Values) -> None:
-        """Go on with signals that were wrong; they may be lost by now."""
-        self._unsure.update(signal for signal, _ in signals_in(evidence))
-
-    def _judge(self, wheelset: int | None, reports: list[InputReport], at_zero: Set[str]) -> Verdict:
-        """`at_zero`: signals that were wrong, and say 0 now."""
+    def _judge(self, wheelset: int | None, reports: list[InputReport]) -> Verdict:
         wrong = [report for report in reports if report.condition in IMPLAUSIBLE]
         if not wrong:
-            silent = {report.channel.source for report in reports if report.condition in SILENT} & self._unsure
-            tell_nothing = silent or at_zero & {report.channel.source for report in reports}
-            return UNKNOWN if tell_nothing else FINE
+            return self._nothing_found(reports)
         what = "; ".join(f"{named(report)}{of(wheelset)} {IMPLAUSIBLE[report.condition]}" for report in wrong)
         to_check = [TO_CHECK.get((report.condition, report.channel.quantity), "") for report in wrong]
         too = "".join(dict.fromkeys(to_check))

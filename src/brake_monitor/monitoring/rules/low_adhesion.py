@@ -8,9 +8,10 @@ from brake_monitor.estimation.estimate import INTERVAL_SIGMAS, Estimate, Status,
 from brake_monitor.monitoring.alarm import Severity, Values
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S, Observation
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
-from brake_monitor.monitoring.rules.slippery_stretch import End, SlipperyStretch, wsp_actions_of
+from brake_monitor.monitoring.rules.event_end import End
+from brake_monitor.monitoring.rules.slippery_stretch import SlipperyStretch, wsp_actions_of
 from brake_monitor.samples import ESSENTIAL, Quantity
 from brake_monitor.settings.alarm_settings import LowAdhesionRule, level_of
 
@@ -31,7 +32,7 @@ class _Asked(NamedTuple):
     is_valid: bool  # the estimate that says so
 
 
-class LowAdhesion:
+class LowAdhesion(Rule[LowAdhesionRule]):
     """Judges the most that the rail gave to its sliding wheelsets while they slid for the debounce time.
 
     The utilised adhesion dips towards zero whenever the WSP releases the brake, and a wheelset that is braked anew does
@@ -43,10 +44,10 @@ class LowAdhesion:
     """
 
     kind = "low_adhesion"
-    wheelsets = (None,)
+    is_event = True
 
     def __init__(self, settings: LowAdhesionRule, wheelset_count: int) -> None:
-        self.settings = settings
+        super().__init__(settings)
         self._count = wheelset_count
         observations = max(round(max(settings.debounce_s, HELD_S) / OBSERVATION_PERIOD_S), 1)
         self._asked: deque[_Asked] = deque(maxlen=observations)  # lately
@@ -91,7 +92,7 @@ class LowAdhesion:
         if best >= self.settings.low:
             estimated = max(asked.estimated for asked in self._asked)
             if estimated < self.settings.low and (event := self._running(now.time_s)):  # it may go on
-                event.ended = End.at(now)
+                event.ended = End.at(now, wsp_actions_of(now))
             return FINE if estimated > self.settings.low + self.settings.clear_margin else UNKNOWN
         return self._finding(self._note(now, best, is_sure=self._is_sure()), now, best)
 
@@ -143,7 +144,7 @@ class LowAdhesion:
     def _note(self, now: Estimate, best: float, *, is_sure: bool) -> SlipperyStretch:
         event = self._running(now.time_s)
         if event is None:
-            began = End.at(now)._replace(wsp_actions=self._acts_before)
+            began = End.at(now, self._acts_before)
             event = self._event = SlipperyStretch(began, began, greatest_slip=[0.0] * self._count)
         event.see(now, best, is_sure=is_sure)
         return event

@@ -4,20 +4,19 @@ from math import inf
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import FINE, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, Finding, Rule, Verdict
 from brake_monitor.settings.alarm_settings import MemoryFailingRule
 
 AGAIN_S = 10.0  # on a disk with hardly any room some of what is written fails
 
 
-class MemoryFailing:
+class MemoryFailing(Rule[MemoryFailingRule]):
     """Passes on what the memory says of itself; in a replay there is none."""
 
     kind = "memory_failing"
-    wheelsets = (None,)
 
     def __init__(self, settings: MemoryFailingRule) -> None:
-        self.settings = settings
+        super().__init__(settings)
         self._reason = ""  # of the last failure, ...
         self._failed_s = -inf  # ... when that was, ...
         self._failures = 0  # ... and how many there were, one soon after the other

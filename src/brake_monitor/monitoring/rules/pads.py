@@ -3,18 +3,17 @@
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.wear import PadWear, expected_thickness_mm, pad_life
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
 from brake_monitor.settings.alarm_settings import PadAtLimitRule, PadNearLimitRule
 from brake_monitor.settings.wear_settings import WearSettings
 
 
-class ThinPads:
+class ThinPads(Rule[PadNearLimitRule | PadAtLimitRule]):
     """Judges the expected thickness of each wheelset's pads, by energy."""
 
     def __init__(self, settings: PadNearLimitRule | PadAtLimitRule, wear: WearSettings, wheelset_count: int) -> None:
         """`settings` decide whether the alarm comes near the pads' limit, or at it."""
-        self.settings = settings
-        self.wheelsets = tuple(range(1, wheelset_count + 1))
+        super().__init__(settings, wheelset_count)
         self._wear = wear
         if isinstance(settings, PadNearLimitRule):
             self.kind, self._severity, self._are = "pad_near_limit", Severity.WARNING, "come near"

@@ -1,28 +1,24 @@
 """Verdicts that stand from the end of one brake application to the end of the next."""
 
-from abc import ABC, abstractmethod
+from abc import abstractmethod
 from itertools import takewhile
-from typing import Generic, TypeVar
 
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
 from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.monitoring.observation import Observation
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Verdict
-from brake_monitor.settings.alarm_settings import RuleSettings
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Rule, Settings, Verdict
 
 Applications = tuple[ApplicationRecord, ...]
-Settings = TypeVar("Settings", bound=RuleSettings)
 
 
-class PerApplication(ABC, Generic[Settings]):
+class PerApplication(Rule[Settings]):
     """Judges each wheelset only when a brake application has ended, or pads were fitted.
 
     Before the first application nothing is known.
     """
 
     def __init__(self, settings: Settings, friction_nominal: float, wheelset_count: int) -> None:
-        self.settings = settings
-        self.wheelsets = tuple(range(1, wheelset_count + 1))
+        super().__init__(settings, wheelset_count)
         self._nominal = friction_nominal
         self._last: ApplicationRecord | None = None
         self._fitted_s: list[float | None] = []  # when each wheelset's pads were

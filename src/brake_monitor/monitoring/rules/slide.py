@@ -7,8 +7,9 @@ from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS
 from brake_monitor.monitoring.inputs.wheel_state import UNTOLD, WheelState
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.passing_time import Steps
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
 from brake_monitor.monitoring.rules.earlier_count import EarlierCount
+from brake_monitor.monitoring.rules.event_end import End
 from brake_monitor.settings.alarm_settings import SlideRule
 
 NEARLY_STOPPED_SLIP = 0.8  # the same part of the tread stays on the rail for metres
@@ -20,29 +21,23 @@ ROLLS = {WheelState.ROLLING, WheelState.PROTECTED}
 class _Slide:
     """One slide so far."""
 
-    began_clock_s: float
-    speed_start_mps: float
-    wsp_actions_before: int
-    ended_s: float
-    ended_clock_s: float
-    speed_end_mps: float
+    began: End
+    ended: End
     sliding_m: float = 0.0  # way of the treads across the rail
     stopped_m: float = 0.0  # of that nearly stopped
     greatest_slip: float = 0.0
-    wsp_actions: int = 0
     is_over: bool = False  # kept for who is told of it as its alarm ends
 
 
-class Slide:
+class Slide(Rule[SlideRule]):
     """Adds up, per wheelset, the way of its treads across the rail; gaps shorter than `clear_s` belong to the slide."""
 
     kind = "slide"
+    is_event = True
 
     def __init__(self, settings: SlideRule, wheelset_count: int) -> None:
-        self.settings = settings
-        self.wheelsets = tuple(range(1, wheelset_count + 1))
+        super().__init__(settings, wheelset_count)
         self._slides: list[_Slide | None] = [None] * wheelset_count
-        self._all_fine = (FINE,) * wheelset_count
         self._earlier_acts: EarlierCount[tuple[int, ...]] = EarlierCount(settings.clear_s)  # of slide protection
         self._steps = Steps()
 
@@ -52,23 +47,16 @@ class Slide:
         acts = tuple([wheelset.work.wsp_actions for wheelset in seen.estimate.wheelsets])
         acts_before = self._earlier_acts.see(seen.time_s, acts)
         if seen.all_roll and not any(self._slides):  # the usual case
-            return self._all_fine
+            return (FINE,) * len(self.wheelsets)
         return tuple([self._judge(i, state, seen, step_s, acts_before[i]) for i, state in enumerate(seen.wheels)])
 
     def resume(self, i: int, evidence: Values) -> None:
         """Go on with a slide: it adds up."""
-        ended_s = number_in(evidence, "ended_time_s")
         self._slides[i] = _Slide(
-            began_clock_s=number_in(evidence, "started_time_s"),
-            speed_start_mps=number_in(evidence, "speed_start_mps"),
-            wsp_actions_before=-round(number_in(evidence, "wsp_actions")),  # this run counts from 0
-            ended_s=ended_s,
-            ended_clock_s=ended_s,
-            speed_end_mps=number_in(evidence, "speed_end_mps"),
+            *End.both_of(evidence),
             sliding_m=number_in(evidence, "sliding_distance_m"),
             stopped_m=number_in(evidence, "nearly_stopped_distance_m"),
             greatest_slip=number_in(evidence, "greatest_slip"),
-            wsp_actions=round(number_in(evidence, "wsp_actions")),
         )
 
     def closing_evidence(self, i: int) -> Values:
@@ -88,20 +76,13 @@ class Slide:
         if stands or state in ROLLS:
             return self._judge_rolling(i, now.time_s)
         if slide is None or slide.is_over:
-            slide = self._slides[i] = _Slide(
-                began_clock_s=now.clock_s,
-                speed_start_mps=now.speed_mps,
-                wsp_actions_before=acts_before,
-                ended_s=now.time_s,
-                ended_clock_s=now.clock_s,
-                speed_end_mps=now.speed_mps,
-            )
+            began = End.at(now, acts_before)
+            slide = self._slides[i] = _Slide(began, began)
         slide.sliding_m += max(own.slip, 0.0) * now.speed_mps * step_s
         if own.slip > NEARLY_STOPPED_SLIP:
             slide.stopped_m += own.slip * now.speed_mps * step_s
         slide.greatest_slip = max(slide.greatest_slip, own.slip)
-        slide.ended_s, slide.ended_clock_s, slide.speed_end_mps = now.time_s, now.clock_s, now.speed_mps
-        slide.wsp_actions = own.work.wsp_actions - slide.wsp_actions_before
+        slide.ended = End.at(now, own.work.wsp_actions)
         if slide.sliding_m < self.settings.min_distance_m:
             return UNKNOWN
         return self._finding(i, slide)
@@ -115,7 +96,7 @@ class Slide:
 
     def _ended_before(self, slide: _Slide, time_s: float) -> bool:
         """Whether it is too long ago for what comes now to go on with it."""
-        return not 0.0 <= time_s - slide.ended_s < self.settings.clear_s
+        return not 0.0 <= time_s - slide.ended.time_s < self.settings.clear_s
 
     def _finding(self, i: int, slide: _Slide) -> Finding:
         settings = self.settings
@@ -127,19 +108,19 @@ class Slide:
         return Finding(
             severity,
             f"Wheelset {i + 1} slid {slide.sliding_m:.0f} m across the rail, {slide.stopped_m:.0f} m of that nearly "
-            f"stopped, from {slide.speed_start_mps * 3.6:.0f} to {slide.speed_end_mps * 3.6:.0f} km/h; {flat}.",
+            f"stopped, from {slide.began.speed_mps * 3.6:.0f} to {slide.ended.speed_mps * 3.6:.0f} km/h; {flat}.",
             _evidence(slide),
         )
 
 
 def _evidence(slide: _Slide) -> Values:
     return {
-        "started_time_s": slide.began_clock_s,
-        "ended_time_s": slide.ended_clock_s,
+        "started_time_s": slide.began.clock_s,
+        "ended_time_s": slide.ended.clock_s,
         "sliding_distance_m": slide.sliding_m,
         "nearly_stopped_distance_m": slide.stopped_m,
         "greatest_slip": slide.greatest_slip,
-        "speed_start_mps": slide.speed_start_mps,
-        "speed_end_mps": slide.speed_end_mps,
-        "wsp_actions": slide.wsp_actions,
+        "speed_start_mps": slide.began.speed_mps,
+        "speed_end_mps": slide.ended.speed_mps,
+        "wsp_actions": slide.ended.wsp_actions - slide.began.wsp_actions,
     }

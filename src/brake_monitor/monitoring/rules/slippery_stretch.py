@@ -1,40 +1,15 @@
-"""A stretch of slippery rail: where it begins and ends, and what the rail gives on it."""
+"""A stretch of slippery rail, and what the rail gives on it."""
 
 from collections import deque
 from dataclasses import dataclass, field
 from statistics import median
-from typing import NamedTuple, Self
+from typing import Self
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Values, number_in
-from brake_monitor.monitoring.observation import position
+from brake_monitor.monitoring.rules.event_end import End
 
 GIVEN = 3000  # values are kept, those of five minutes; the median is theirs
-
-
-class End(NamedTuple):
-    """Where and when it begins or ends."""
-
-    time_s: float
-    clock_s: float  # as in `Estimate`
-    distance_m: float
-    speed_mps: float
-    wsp_actions: int
-    position: Values
-
-    @classmethod
-    def at(cls, now: Estimate) -> Self:
-        """Where the wagon is."""
-        return cls(now.time_s, now.clock_s, now.distance_m, now.speed_mps, wsp_actions_of(now), position(now))
-
-    @classmethod
-    def of(cls, evidence: Values, end: str, *, distance_m: float, wsp_actions: int) -> Self:
-        """The one that an earlier run has told of, by what this run counts from 0."""
-        time_s, speed_mps = number_in(evidence, f"{end}ed_time_s"), number_in(evidence, f"speed_{end}_mps")
-        where = {
-            key: evidence[f"{key}_{end}"] for key in ("latitude_deg", "longitude_deg") if f"{key}_{end}" in evidence
-        }
-        return cls(time_s, time_s, distance_m, speed_mps, wsp_actions, where)
 
 
 @dataclass(slots=True)
@@ -54,10 +29,8 @@ class SlipperyStretch:
     def of(cls, evidence: Values, wheelset_count: int) -> Self:
         """The one that an earlier run has told of: its way and time add up, and what was told of the rail holds."""
         least = number_in(evidence, "least_adhesion", 1.0)
-        distance_m, wsp_actions = number_in(evidence, "distance_m"), round(number_in(evidence, "wsp_actions"))
         stretch = cls(
-            began=End.of(evidence, "start", distance_m=-distance_m, wsp_actions=-wsp_actions),
-            ended=End.of(evidence, "end", distance_m=0.0, wsp_actions=0),
+            *End.both_of(evidence),
             greatest_slip=[number_in(evidence, f"greatest_slip_{i}") for i in range(1, wheelset_count + 1)],
             is_sure=True,
             least=least,
@@ -69,7 +42,7 @@ class SlipperyStretch:
 
     def see(self, now: Estimate, adhesion: float, *, is_sure: bool) -> None:
         """Take what the rail gives where the wagon is, and whether valid estimates say so."""
-        self.ended = End.at(now)
+        self.ended = End.at(now, wsp_actions_of(now))
         if is_sure and not self.is_sure:
             self.is_sure, self.least = True, 1.0
             self.given.clear()

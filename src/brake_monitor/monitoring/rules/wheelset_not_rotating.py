@@ -7,7 +7,7 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Severity, Values, number_in
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.observation import Observation, position
-from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
+from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Verdict
 from brake_monitor.settings.alarm_settings import WheelsetNotRotatingRule
 
 TURNS = {WheelState.ROLLING, WheelState.SLIDING, WheelState.PROTECTED}
@@ -27,21 +27,19 @@ class _Dragging:
     is_told: bool = False  # it has lasted for the debounce time
 
 
-class WheelsetNotRotating:
+class WheelsetNotRotating(Rule[WheelsetNotRotatingRule]):
     """Judges what `WheelWatch` believes of each wheelset, and adds up how far each was dragged until all is cleared."""
 
     kind = "wheelset_not_rotating"
 
     def __init__(self, settings: WheelsetNotRotatingRule, wheelset_count: int) -> None:
-        self.settings = settings
-        self.wheelsets = tuple(range(1, wheelset_count + 1))
-        self._all_fine = (FINE,) * wheelset_count
+        super().__init__(settings, wheelset_count)
         self._dragging: list[_Dragging | None] = [None] * wheelset_count
 
     def judge(self, seen: Observation) -> tuple[Verdict, ...]:
         """One verdict per wheelset."""
         if seen.all_roll and not any(self._dragging):  # the usual case
-            return self._all_fine
+            return (FINE,) * len(self.wheelsets)
         return tuple([self._judge(i, state, seen.estimate) for i, state in enumerate(seen.wheels)])
 
     def resume(self, i: int, evidence: Values) -> None:
