@@ -4,7 +4,7 @@ from math import hypot
 
 from brake_monitor.errors import InputError
 from brake_monitor.monitoring.brake_units.gauge import Gauge
-from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, pad_life, thickness_std_mm
+from brake_monitor.monitoring.brake_units.wear import PadWear, Thickness, pad_life
 from brake_monitor.settings.config import Settings
 
 CONTRADICTS_SIGMAS = 4.0  # from what is expected: mistyped, or of another wheelset
@@ -34,8 +34,8 @@ def check_expected(gauge: Gauge, pads: PadWear, settings: Settings) -> None:
     The wear rate would be learned from it, and alarms that latch be raised.
     """
     assert gauge.thickness_mm is not None
-    expected, std_mm = pad_life(pads, settings.wear).by_energy, thickness_std_mm(pads, settings.wear)
-    doubt_mm = CONTRADICTS_SIGMAS * hypot(std_mm, gauge.std_mm or settings.wear.gauge_std_mm)
+    expected = pad_life(pads, settings.wear).by_energy
+    doubt_mm = CONTRADICTS_SIGMAS * hypot(expected.std_mm, gauge.std_mm or settings.wear.gauge_std_mm)
     if pads.is_noted and abs(gauge.thickness_mm - expected.value_mm) > doubt_mm:
         raise InputError(
             f"--thickness-mm {gauge.thickness_mm:g}: expected {interval_text(expected)} mm; gauge again, and see that "

@@ -3,6 +3,7 @@
 from math import sqrt
 
 from msgspec import Struct
+from msgspec.structs import replace
 
 TOLD_SHARE = 0.5  # of the energy; wet or icy pads rub little at first, and while they recover nothing is told of them
 
@@ -77,15 +78,13 @@ class ApplicationRecord(Struct, frozen=True):
 
     def then(self, later: "ApplicationRecord") -> "ApplicationRecord":
         """Both parts of an application that the program did not see all of: its start and end, and what adds up."""
-        return ApplicationRecord(
+        return replace(
+            later,
             start_time_s=self.start_time_s,
-            end_time_s=later.end_time_s,
             start_speed_mps=self.start_speed_mps,
-            end_speed_mps=later.end_speed_mps,
             distance_m=self.distance_m + later.distance_m,
             greatest_deceleration_mps2=max(self.greatest_deceleration_mps2, later.greatest_deceleration_mps2),
             greatest_adhesion=max(self.greatest_adhesion, later.greatest_adhesion),
-            mass_kg=later.mass_kg,
             latitude_deg=self.latitude_deg,
             longitude_deg=self.longitude_deg,
             wheelsets=tuple(own.then(more) for own, more in zip(self.wheelsets, later.wheelsets, strict=True)),

@@ -102,10 +102,9 @@ class RunningApplication:
         settled_s = now.time_s - last.time_s if together and not unsettled else 0.0
         doubt = MOTORS_ERR * abs(motors_n) / max(pads_n, abs(motors_n) * MOTORS_ERR, 1.0)
         for i, own in enumerate(self._wheelsets):
-            own.add(last.wheelsets[i], now.wheelsets[i], settled_s, creep[i] if creep else None)
+            own.add(last.wheelsets[i], now.wheelsets[i], settled_s, creep[i] if creep else None, disc_temperature_c[i])
             if (together or slid) and _is_told(now, now.wheelsets[i]):
                 own.rub(last.wheelsets[i], now.wheelsets[i], doubt, SLIDING_DOUBT if slid else 1.0)
-            own.heat(disc_temperature_c[i])
 
     def _jumped(self, last: Estimate, now: Estimate) -> bool:
         """Whether a pressing force was not told while others pressed, and is now: its sensor stood still, or began."""

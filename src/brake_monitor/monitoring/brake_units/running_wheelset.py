@@ -42,7 +42,14 @@ class RunningWheelset:
         self._friction_std_sum_j += std * energy_j
         self._friction_prior_std = self._friction_prior_std or std
 
-    def add(self, before: WheelsetEstimate, now: WheelsetEstimate, settled_s: float, creep: Creep | None) -> None:
+    def add(
+        self,
+        before: WheelsetEstimate,
+        now: WheelsetEstimate,
+        settled_s: float,
+        creep: Creep | None,
+        disc_temperature_c: float,
+    ) -> None:
         """Go on by one observation, which lasted `settled_s`, 0 unless all wheelsets are settled.
 
         A wheelset creeps as its adhesion asks: under the same torque the more, the less load it bears.
@@ -60,6 +67,7 @@ class RunningWheelset:
         self._force_sum_n += now.pressing_force_n * turned_rad
         self.settled_energy_j += energy_j * (turned_rad > 0.0)
         self._greatest_slip = max(self._greatest_slip, now.slip)
+        self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
 
     def heat_only(self) -> "RunningWheelset":
         """Without what stands on pressing forces: one of them was not as it said, perhaps from the beginning."""
@@ -67,10 +75,6 @@ class RunningWheelset:
         other._greatest_slip = self._greatest_slip
         other._peak_disc_temperature_c = self._peak_disc_temperature_c
         return other
-
-    def heat(self, disc_temperature_c: float) -> None:
-        """Note how hot its discs are."""
-        self._peak_disc_temperature_c = max(self._peak_disc_temperature_c, disc_temperature_c)
 
     def record(
         self,

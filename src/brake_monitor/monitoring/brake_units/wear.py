@@ -4,7 +4,7 @@ from math import hypot, sqrt
 from typing import Self
 
 from msgspec import Struct
-from msgspec.structs import replace
+from msgspec.structs import astuple, replace
 
 from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.settings.wear_settings import WearSettings
@@ -27,25 +27,9 @@ class PadUse(Struct, frozen=True, gc=False):  # only numbers: nothing that could
     sliding_distance_m: float = 0.0
     distance_m: float = 0.0
 
-    def plus(self, more: "PadUse") -> "PadUse":
-        """Both together."""
-        return PadUse(
-            self.energy_j + more.energy_j,
-            self.force_travel_nm + more.force_travel_nm,
-            self.stops + more.stops,
-            self.sliding_distance_m + more.sliding_distance_m,
-            self.distance_m + more.distance_m,
-        )
-
-    def times(self, factor: float) -> "PadUse":
-        """As if it had been a part of it only."""
-        return PadUse(
-            self.energy_j * factor,
-            self.force_travel_nm * factor,
-            self.stops * factor,
-            self.sliding_distance_m * factor,
-            self.distance_m * factor,
-        )
+    def plus(self, more: "PadUse", share: float = 1.0) -> "PadUse":
+        """This share of it, and more."""
+        return PadUse(*[share * own + other for own, other in zip(astuple(self), astuple(more), strict=True)])
 
 
 class Rate(Struct, frozen=True):
@@ -121,14 +105,11 @@ class PadWear(Struct, frozen=True):
 
     def used(self, use: PadUse) -> "PadWear":
         """After some more use."""
-        recent = self.recent
-        if use.stops:
-            recent = recent.times(1.0 - min(use.stops / RECENT_STOPS, 1.0))
         return replace(
             self,
             since_fitted=self.since_fitted.plus(use),
             since_gauge=self.since_gauge.plus(use),
-            recent=recent.plus(use),
+            recent=self.recent.plus(use, 1.0 - min(use.stops / RECENT_STOPS, 1.0)),
         )
 
     def gauged(
@@ -186,6 +167,7 @@ class Thickness(Struct, frozen=True):
     """A pad's thickness and the interval that holds it with 95 %."""
 
     value_mm: float
+    std_mm: float
     low_mm: float
     high_mm: float
 
@@ -223,12 +205,6 @@ def expected_thickness_mm(pads: PadWear, settings: WearSettings) -> float:
     return max(pads.gauge_thickness_mm - lost_mm, 0.0)
 
 
-def thickness_std_mm(pads: PadWear, settings: WearSettings) -> float:
-    """The standard deviation of the thickness now by energy."""
-    rate = pads.specific_wear_cm3_per_mj
-    return _std_mm(pads, energy_loss_mm(pads.since_gauge.energy_j, rate.value, settings), rate)
-
-
 def energy_loss_mm(energy_j: float, specific_wear_cm3_per_mj: float, settings: WearSettings) -> float:
     """Thickness w E_pad / A_pad of each pad when all pads of the wheelset took `energy_j`."""
     pad_energy_mj = energy_j / J_PER_MJ / settings.pads_per_wheelset
@@ -244,13 +220,11 @@ def archard_loss_mm(force_travel_nm: float, archard_mm3_per_nm: float, settings:
 def _thickness(pads: PadWear, lost_mm: float, rate: Rate) -> Thickness:
     """The measured thickness less what was lost since; both are uncertain, the wear rate more so."""
     value_mm = max(pads.gauge_thickness_mm - lost_mm, 0.0)
-    doubt_mm = INTERVAL_SIGMAS * _std_mm(pads, lost_mm, rate)
+    std_mm = hypot(pads.gauge_std_mm, lost_mm * rate.std / rate.value)
+    doubt_mm = INTERVAL_SIGMAS * std_mm
     return Thickness(
         value_mm,
+        std_mm,
         max(value_mm - doubt_mm, 0.0),
         min(value_mm + doubt_mm, pads.gauge_thickness_mm + INTERVAL_SIGMAS * pads.gauge_std_mm),
     )
-
-
-def _std_mm(pads: PadWear, lost_mm: float, rate: Rate) -> float:
-    return hypot(pads.gauge_std_mm, lost_mm * rate.std / rate.value)
