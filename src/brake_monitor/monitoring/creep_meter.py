@@ -16,6 +16,7 @@ from brake_monitor.estimation.core.regime_watch import ROLLING_AGAIN_S
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate, WheelsetEstimate
 from brake_monitor.estimation.rolling.radius_calibration import LEAST_SPEED_MPS, TURNED_S
 from brake_monitor.monitoring.passing_time import LastTime
+from brake_monitor.monitoring.running_mean import RunningMean
 
 MOTORS_LEFT_S = 3.0  # after a motor has acted, creep is the pads' alone
 REFERENCE_S = 10.0  # of free rolling are remembered; the track behind has no say ...
@@ -99,9 +100,8 @@ class CreepMeter:
         self._free_s = 0.0
         self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
         self._free_noise_s: list[float] = []
-        self._erred_s = 0.0  # over which is known ...
-        self._noise_s = self._lasting = 0.0  # ... by how much all have left free rolling: squares, as in `Creep`
-        self._off = 0.0  # lately
+        self._noise_s, self._lasting = RunningMean(ERRORS_S), RunningMean(ERRORS_S)  # squares, as in `Creep`
+        self._off = 0.0  # by which all have left free rolling, lately
 
     def note(self, now: Estimate, known: Sequence[bool]) -> None:
         """Take an estimate, or the same one once more, and which pressing forces are known.
@@ -130,10 +130,8 @@ class CreepMeter:
         step_s, count = ratios.step_s, len(self._free)
         off = sum(lately / free for lately, free in zip(ratios.lately, self._free, strict=True)) / count - 1.0
         self._off += (off - self._off) * step_s / ERRS_ALIKE_S
-        self._erred_s = min(self._erred_s + step_s, ERRORS_S)
-        share = step_s / self._erred_s
-        self._noise_s += (off * off - self._noise_s) * share
-        self._lasting += (self._off * self._off - self._lasting) * share
+        self._noise_s.add(off * off, step_s)
+        self._lasting.add(self._off * self._off, step_s)
 
     def creep(self, now: Estimate) -> tuple[Creep, ...] | None:
         """Each wheelset's as of `now`, the estimate taken last, about a second's mean.
@@ -150,7 +148,7 @@ class CreepMeter:
     def _creep(self, i: int) -> Creep:
         value = 1.0 - self._ratios.lately[i] / self._free[i]
         reference_std = sqrt(self._free_noise_s[i] / self._free_s)
-        return Creep(value, self._ratios.noise_s[i], reference_std, self._noise_s, sqrt(self._lasting))
+        return Creep(value, self._ratios.noise_s[i], reference_std, self._noise_s.value, sqrt(self._lasting.value))
 
 
 def _relative_noise_s(wheelset: WheelsetEstimate) -> float:

@@ -4,7 +4,7 @@ from math import inf
 
 
 class RunningMean:
-    """Mean of all values, or nearly that of the last so many."""
+    """Mean of all values, or nearly that of the last so many, by their count or by how long each lasted."""
 
     def __init__(self, most: float = inf) -> None:
         self._most = most
@@ -14,7 +14,7 @@ class RunningMean:
         """The next value is the first one."""
         self.count = 0.0
 
-    def add(self, value: float) -> None:
+    def add(self, value: float, weight: float = 1.0) -> None:
         """Take the next value."""
-        self.count = min(self.count + 1.0, self._most)
-        self.value += (value - self.value) / self.count
+        self.count = min(self.count + weight, self._most)
+        self.value += (value - self.value) * (weight / self.count)

@@ -30,15 +30,14 @@ class ForceByCreep:
         self._sensors = sensors
         self._nominal = nominal
         self._learned = [RunningMean(LEARNED_FROM) for _ in sensors]  # creep per newton of each ...
-        self._learned_late_per_n = 0.0  # ... and what a late speed may have had in it
+        self._learned_late = RunningMean(LEARNED_FROM)  # ... and what a late speed may have had in it
         self._lately, self._late_lately = RunningMean(), RunningMean()  # the same, of those that press now
 
     def learn(self, wheelsets: Iterable[int], creep: Sequence[Creep], now: Estimate) -> None:
         """Note by how much these creep, while all brakes press steadily."""
         for i in wheelsets:
             self._learned[i].add(creep[i].value / now.wheelsets[i].pressing_force_n)
-        late_per_n = _late_std(now) / median(now.forces_n)
-        self._learned_late_per_n += (late_per_n - self._learned_late_per_n) / max(self._learned_from, 1.0)
+        self._learned_late.add(_late_std(now) / median(now.forces_n))
 
     def begin(self) -> None:
         """Other brakes press than before."""
@@ -89,18 +88,13 @@ class ForceByCreep:
         if expected < LEAST_CREEP:
             return None
         adhesion = self._nominal.retardation_mps2(i, as_if_n, now.mass_kg) * len(creep) / GRAVITY_MPS2
-        count = self._learned_from if learned else self._lately.count
+        count = max(mean.count for mean in self._learned) if learned else self._lately.count
         common_std = creep[i].common_std(AVERAGE_S * max(count / INDEPENDENT, 1.0))
         least = max(expected - SURE_SIGMAS * common_std, min(expected, adhesion / STIFFEST))
         if len(creep) - len(self._sensors[i]) > 1:  # else the other one's own creep is looked at as well
-            late_std = as_if_n * (self._learned_late_per_n if learned else self._late_lately.value)
+            late_std = as_if_n * (self._learned_late if learned else self._late_lately).value
             least = max(least - SURE_SIGMAS * late_std, min(least, adhesion / USUALLY_STIFFEST))
         return least, min(expected + SURE_SIGMAS * common_std, max(expected, adhesion / SOFTEST))
-
-    @property
-    def _learned_from(self) -> float:
-        """Observations."""
-        return max(mean.count for mean in self._learned)
 
 
 def _late_std(now: Estimate) -> float:

@@ -1,8 +1,10 @@
 """Pressing forces whose sensors are frozen: they repeat themselves while other brakes move."""
 
+from collections import defaultdict, deque
 from collections.abc import Iterable, Sequence
 from functools import partial
 from math import inf
+from statistics import median
 
 from brake_monitor.estimation.core.regime_watch import SHOWN_S
 from brake_monitor.estimation.doubts.dead_force import DeadForce
@@ -14,7 +16,6 @@ PRESSING_FORCE = Quantity.PRESSING_FORCE
 FORCE_FROZEN_S = 5.0
 FORCE_FROZEN_READINGS = 20
 FOLLOWED_S = 3.0  # for so long others that still fall say nothing: a brake that keeps some air came down with them
-FIRST = 3  # readings that a span begins with: the middle one of as many is no spike
 MOVED_N = 8000.0  # another brake's force has moved this much meanwhile: far beyond what gear and sensors differ by
 DEAD_MOVED_N = 3000.0  # ... where the sensor trembled before: that it does no longer has been seen already
 SHOWN_FROM_MPS = 2.0  # at standstill neither shows anything
@@ -66,24 +67,20 @@ class FrozenForces:
 
 
 class _Span:
-    """How far another brake's force moved, by three readings in a row: one or two may be spikes."""
+    """How far another brake's force moved, by the middle one of five readings: one or two may be spikes."""
 
-    def __init__(self, value: float) -> None:
-        self.least = self._most = self._last = self._last_but_one = value
+    def __init__(self) -> None:
+        self._lately: deque[float] = deque(maxlen=5)
+        self.least, self._most = inf, -inf
         self.rose = self._fell = 0.0
-        self._seen = 1
 
     def see(self, value: float, *, may_fall: bool) -> None:
-        last, before = self._last, self._last_but_one
-        low, high = min(value, last, before), max(value, last, before)
-        if self._seen < FIRST:
-            self._seen += 1
-            self.least = self._most = sorted((value, last, before))[1]
-        self._last, self._last_but_one = value, last
-        self.least = min(self.least, high)
-        self.rose = max(self.rose, low - self.least)
-        self._most = max(self._most, low) if may_fall else low
-        self._fell = max(self._fell, self._most - high)
+        self._lately.append(value)
+        if len(self._lately) == self._lately.maxlen:
+            middle = median(self._lately)
+            self.least = min(self.least, middle)
+            self._most = max(self._most, middle) if may_fall else middle
+            self.rose, self._fell = max(self.rose, middle - self.least), max(self._fell, self._most - middle)
 
     def has_moved(self, least_n: float) -> bool:
         return max(self.rose, self._fell) > least_n
@@ -104,7 +101,7 @@ class _RepeatedForce:
         self._value = inf
         self._since_s = 0.0
         self._repeated = 0
-        self._others: dict[int, _Span] = {}  # by wheelset, what they did meanwhile
+        self._others: defaultdict[int, _Span] = defaultdict(_Span)  # by wheelset, what they did meanwhile
         self._life = DeadForce()
         self._moved_s = inf  # since when as many have moved as have stayed
         self.is_zero = self.is_frozen = False
@@ -120,14 +117,12 @@ class _RepeatedForce:
 
     def see_other(self, wheelset: int, time_s: float, force_n: float) -> None:
         """Take the next reading of another one."""
-        if wheelset in self._others:
-            self._others[wheelset].see(force_n, may_fall=time_s - self._since_s >= FOLLOWED_S)
-        else:
-            self._others[wheelset] = _Span(force_n)
+        self._others[wheelset].see(force_n, may_fall=time_s - self._since_s >= FOLLOWED_S)
 
     def forget_others(self) -> None:
         """What they did until now was no common filling nor emptying."""
-        self._others, self._moved_s = {}, inf
+        self._others.clear()
+        self._moved_s = inf
 
     def stands(self, time_s: float) -> bool:
         """Whether it has been the same for long, and something may be said of it."""

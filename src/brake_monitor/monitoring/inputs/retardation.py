@@ -8,6 +8,7 @@ from operator import mul
 from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
 from brake_monitor.monitoring.passing_time import LastTime
+from brake_monitor.monitoring.running_mean import RunningMean
 from brake_monitor.settings.config import Vehicle
 
 SPAN_S = 1.5  # of which the mean is taken
@@ -31,9 +32,8 @@ class Retardation:
         self._lately: deque[tuple[float, float, float]] = deque()  # of the last SPAN_S time, speed, and by motors
         self._rotating_kg = sum(vehicle.turning_kg)
         self._held = LastTime(inf)  # it did not roll freely
-        self._free_s = 0.0  # so long was the free rolling ...
-        self._free_mps2 = 0.0  # ... its mean ...
-        self._rolled_s = -inf  # ... and when it ended
+        self._free = RunningMean(FREE_S)  # retardation in free rolling ...
+        self._rolled_s = -inf  # ... and when that ended
         self.total_mps2: float | None = None  # beyond what track, air and motors take
         self.by_motors_mps2 = 0.0
         self.by_brakes_mps2: float | None = None
@@ -56,8 +56,8 @@ class Retardation:
         self.total_mps2 = None if retarded_mps2 is None else retarded_mps2 - resisted_mps2 - self.by_motors_mps2
         if self.total_mps2 is not None and time_s - self._held.time_s > FREE_AFTER_S + SPAN_S:
             self._roll(time_s, self.total_mps2, gap_s)
-        is_known = self._free_s >= LEAST_FREE_S and 0.0 <= time_s - self._rolled_s <= EXPIRES_S
-        self.by_brakes_mps2 = self.total_mps2 - self._free_mps2 if is_known and self.total_mps2 is not None else None
+        is_known = self._free.count >= LEAST_FREE_S and 0.0 <= time_s - self._rolled_s <= EXPIRES_S
+        self.by_brakes_mps2 = self.total_mps2 - self._free.value if is_known and self.total_mps2 is not None else None
 
     def forget_lately(self) -> None:
         """What the speed was tells nothing of how it changes from now on."""
@@ -71,11 +71,10 @@ class Retardation:
     def _roll(self, time_s: float, free_mps2: float, step_s: float) -> None:
         if free_mps2 < -PULLED_MPS2:
             return
-        if time_s - self._rolled_s > EXPIRES_S or abs(free_mps2 - self._free_mps2) > STEP_MPS2:
-            self._free_s = 0.0
+        if time_s - self._rolled_s > EXPIRES_S or abs(free_mps2 - self._free.value) > STEP_MPS2:
+            self._free.begin()
         self._rolled_s = time_s
-        self._free_s = min(self._free_s + step_s, FREE_S)
-        self._free_mps2 += (free_mps2 - self._free_mps2) * (step_s / self._free_s if self._free_s else 1.0)
+        self._free.add(free_mps2, step_s)
 
 
 def mean_retardation_mps2(times_s: Sequence[float], speeds_mps: Sequence[float]) -> float | None:

@@ -4,7 +4,8 @@ In one or two a curve may make a share look unequal.
 """
 
 from collections.abc import Sequence
-from math import sqrt
+from math import hypot, sqrt
+from operator import mul
 from statistics import mean, median
 
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
@@ -46,13 +47,20 @@ def _fit(i: int, records: Sequence[ApplicationRecord]) -> tuple[Share, float]:
     """
     wholes = [mean_creep(record) or 0.0 for record in records]
     own = [record.wheelsets[i] for record in records]
-    squares = sum(whole * whole for whole in wholes)
-    value = sum(whole * (one.creep or 0.0) for whole, one in zip(wholes, own, strict=True)) / squares
-    off = sum(((one.creep or 0.0) - value * whole) ** 2 for whole, one in zip(wholes, own, strict=True))
-    noise = sum((whole * (one.creep_std or 0.0)) ** 2 for whole, one in zip(wholes, own, strict=True))
+    values = [(one.creep or 0.0) / whole for whole, one in zip(wholes, own, strict=True)]
+    stds = [(one.creep_std or 0.0) / whole for whole, one in zip(wholes, own, strict=True)]
+    value, std, scatter = _weighted(values, stds, [whole * whole for whole in wholes])
     means_nm = [mean(one.torque_nm or 0.0 for one in record.wheelsets) for record in records]
     by_force = mean((one.torque_nm or 0.0) / mean_nm for one, mean_nm in zip(own, means_nm, strict=True))
-    return Share(value, sqrt(noise) / squares, by_force), sqrt(off / (len(records) - 1) / squares)
+    return Share(value, std, by_force), scatter
+
+
+def _weighted(values: Sequence[float], stds: Sequence[float], weights: Sequence[float]) -> tuple[float, float, float]:
+    """The mean of values, its deviation by theirs, and that by their scatter."""
+    whole = sum(weights)
+    value = sum(map(mul, weights, values)) / whole
+    off = sum(weight * (own - value) ** 2 for weight, own in zip(weights, values, strict=True))
+    return value, hypot(*map(mul, weights, stds)) / whole, sqrt(off / (len(values) - 1) / whole)
 
 
 def _stands_apart(share: Share, now: Share, count: int) -> bool:
@@ -87,7 +95,7 @@ def lagging_shares(newest_first: Sequence[ApplicationRecord]) -> list[Share] | N
         if len(stiff) < count:
             break
         for i in range(len(stiff[0].wheelsets)):
-            lacks, scatter, noise_std = _lack(i, stiff[:count])
+            lacks, noise_std, scatter = _lack(i, stiff[:count])
             is_sure = lacks > max(sure_t * scatter, CLEAR_SIGMAS * noise_std)
             if is_sure and min(lacks, _lack_in(i, stiff[0])) > LAGS:
                 others = len(stiff[0].wheelsets) - 1
@@ -106,18 +114,13 @@ def _is_stiff(record: ApplicationRecord) -> bool:
 
 
 def _lack(i: int, records: Sequence[ApplicationRecord]) -> tuple[float, float, float]:
-    """By how much of the others' creep wheelset i lags in these, on a soft contact; its scatter and its noise.
+    """By how much of the others' creep wheelset i lags in these, on a soft contact; its deviations as in `_weighted`.
 
     As in `_fit`, the harder one brakes, the more it says.
     """
-    lacks, weights = [_lack_in(i, record) for record in records], [_others_adhesion(record) ** 2 for record in records]
-    whole = sum(weights)
-    value = sum(weight * lack for weight, lack in zip(weights, lacks, strict=True)) / whole
-    off = sum(weight * (lack - value) ** 2 for weight, lack in zip(weights, lacks, strict=True))
-    noise = sum(
-        weight * (SOFT * (one.wheelsets[i].creep_std or 0.0)) ** 2 for weight, one in zip(weights, records, strict=True)
-    )
-    return value, sqrt(off / (len(records) - 1) / whole), sqrt(noise) / whole
+    adhesions = [_others_adhesion(record) for record in records]
+    stds = [SOFT * (own.wheelsets[i].creep_std or 0.0) / most for own, most in zip(records, adhesions, strict=True)]
+    return _weighted([_lack_in(i, record) for record in records], stds, [most * most for most in adhesions])
 
 
 def _lack_in(i: int, record: ApplicationRecord) -> float:
