@@ -1,7 +1,6 @@
 """What is to be thought of each mapped signal, in view of itself and of all the others."""
 
-from collections.abc import Callable, Sequence
-from typing import NamedTuple
+from collections.abc import Callable, Mapping, Sequence, Set
 
 import numpy as np
 from msgspec.structs import replace
@@ -37,15 +36,6 @@ MAY_ROLL = {WheelState.ROLLING, WheelState.UNKNOWN, WheelState.CONTRADICTED}  # 
 LOCKED, DRAGGED = frozenset([MisledBy.LOCKED]), frozenset([MisledBy.DRAG])
 SILENT, IDLE = frozenset([MisledBy.SILENT]), frozenset([MisledBy.IDLE])
 NOT_MISLED = frozenset[MisledBy]()
-
-
-class _Beside(NamedTuple):
-    """What signals show beside each other: what each wheelset and force does, and for which wheelsets a fault shows."""
-
-    wheels: tuple[WheelState, ...]
-    forces: tuple[ForceState, ...]
-    frozen: frozenset[int]  # their pressing forces
-    stuck: frozenset[int]  # their flags
 
 
 class InputJudge:
@@ -149,14 +139,28 @@ class InputJudge:
         if is_contradicted:  # what its speed says shows nothing of its flag
             told = [own and state is not WheelState.CONTRADICTED for own, state in zip(told, wheels, strict=True)]
         stuck = self._flags.judge(estimate, told)
-        is_contradicted |= self._wheels.speed_is_contradicted or self._scatter.speed_scatters
-        is_contradicted |= ForceState.CONTRADICTED in forces
         repeats = Doubt.REPEATED in estimate.reasons
-        if not (is_contradicted or frozen or stuck or repeats):  # the usual case
+        found = self._found(wheels, forces, frozen, stuck)
+        if not (found or repeats):  # the usual case
             return alone.reports, wheels
-        found = _Beside(wheels, forces, frozen, stuck)
-        beside = InputReports(self._beside_others(report, found) for report in alone.reports)
+        beside = InputReports(_beside_others(report, found) for report in alone.reports)
         return InputReports(map(speed_is_repeated, beside)) if repeats else beside, wheels
+
+    def _found(
+        self, wheels: Sequence[WheelState], forces: Sequence[ForceState], frozen: Set[int], stuck: Set[int]
+    ) -> dict[Measurand, InputCondition]:
+        """What signals show beside each other: of each wheelset and force what it does, and whose flag is stuck."""
+        wrong = {(AXLE_SPEED, i) for i, state in enumerate(wheels) if state is WheelState.CONTRADICTED}
+        wrong |= {(PRESSING_FORCE, i) for i, state in enumerate(forces) if state is ForceState.CONTRADICTED}
+        wrong |= {(Quantity.WSP_ACTIVE, i) for i in stuck}
+        scattered = {(AXLE_SPEED, i) for i in self._scatter.wheels}
+        if self._wheels.speed_is_contradicted:
+            wrong.add((SPEED, 0))
+        if self._scatter.speed_scatters:
+            scattered.add((SPEED, 0))
+        found: dict[Measurand, InputCondition] = dict.fromkeys(wrong, CONTRADICTED)
+        found |= dict.fromkeys(scattered, InputCondition.SCATTERED)
+        return found | {(PRESSING_FORCE, i): InputCondition.FROZEN for i in frozen}
 
     @property
     def misled_by(self) -> frozenset[MisledBy]:
@@ -182,28 +186,11 @@ class InputJudge:
         frozen = self._frozen.frozen(now.time_s, now.speed_mps, believed, slides=slides)
         return frozenset([i for i in frozen if forces[i] is not ForceState.BORNE_OUT]) if frozen else frozen
 
-    def _beside_others(self, report: InputReport, found: _Beside) -> InputReport:
-        if report.condition is not InputCondition.GOOD:
-            return report
-        i = report.channel.wheelset
-        match report.channel.quantity:
-            case Quantity.SPEED if self._scatter.speed_scatters:
-                return replace(report, condition=InputCondition.SCATTERED)
-            case Quantity.SPEED:
-                contradicted = self._wheels.speed_is_contradicted
-            case Quantity.AXLE_SPEED if i in self._scatter.wheels:
-                return replace(report, condition=InputCondition.SCATTERED)
-            case Quantity.AXLE_SPEED:
-                contradicted = found.wheels[i] is WheelState.CONTRADICTED
-            case Quantity.PRESSING_FORCE if i in found.frozen:
-                return replace(report, condition=InputCondition.FROZEN)
-            case Quantity.PRESSING_FORCE:
-                contradicted = found.forces[i] is ForceState.CONTRADICTED
-            case Quantity.WSP_ACTIVE:
-                contradicted = i in found.stuck
-            case _:
-                contradicted = False
-        return replace(report, condition=CONTRADICTED) if contradicted else report
+
+def _beside_others(report: InputReport, found: Mapping[Measurand, InputCondition]) -> InputReport:
+    if report.condition is not InputCondition.GOOD or report.measurand not in found:
+        return report
+    return replace(report, condition=found[report.measurand])
 
 
 def _by_sensor(channels: Sequence[Channel]) -> list[list[int]]:

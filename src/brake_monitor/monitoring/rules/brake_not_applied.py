@@ -111,7 +111,7 @@ class BrakeNotApplied(Rule[BrakeNotAppliedRule]):
 
     def _others_may_drag(self, i: int, now: Estimate) -> bool:
         """Whether rather those that press, no more than half, have failed to release, and this one did take part."""
-        never_came = self._participation.begin_was_seen and not self._participation.took_part[i]
+        never_came = self._participation.begin_was_seen and not self._participation.took_part(i)
         return 2 * self._pressing(now) <= len(self.wheelsets) and not never_came
 
     def _pressing(self, now: Estimate) -> int:

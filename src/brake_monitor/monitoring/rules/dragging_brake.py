@@ -141,7 +141,7 @@ class DraggingBrake(Rule[DraggingBrakeRule]):
         return self._took_part(released) or time_s - self._participation.begun_s > self.settings.alone_s
 
     def _took_part(self, released: list[int]) -> bool:
-        return any(self._participation.took_part[k] for k in released)
+        return any(map(self._participation.took_part, released))
 
 
 def _named(wheelsets: list[int]) -> str:
@@ -167,42 +167,35 @@ def _pulled(i: int, seen: Observation, from_mps: float) -> Finding:
 
 
 def _blocked(i: int, now: Estimate) -> Finding:
-    return Finding(
-        Severity.ALARM,
-        f"The brake of wheelset {i + 1} does not let it turn, though its pressing force says released, at "
-        f"{now.speed_mps * 3.6:.0f} km/h: its hand brake is on, its pads stick, or a bearing or gear has seized.",
-        {"pressing_force_n": now.wheelsets[i].pressing_force_n, "speed_mps": now.speed_mps},
-        misled_by=MisledBy.DRAG,
-    )
+    why = ": its hand brake is on, its pads stick, or a bearing or gear has seized"
+    return _unseen(i, now, "does not let it turn, though its pressing force says released", {}, why)
 
 
 def _hidden(found: HiddenDrag, now: Estimate) -> Finding:
-    return Finding(
-        Severity.ALARM,
-        f"The brake of wheelset {found.wheelset + 1} drags after the release, though its pressing force says released: "
-        f"it retards with about {found.retarding_force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
-        {
-            **dict(zip(HiddenDrag._fields[1:], found[1:], strict=True)),
-            "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
-            "speed_mps": now.speed_mps,
-        },
-        misled_by=MisledBy.DRAG,
+    said = (
+        "drags after the release, though its pressing force says released: it retards with about "
+        f"{found.retarding_force_n / 1000.0:.1f} kN"
     )
+    return _unseen(found.wheelset, now, said, found._asdict())
 
 
 def _creeping(found: CreepDrag, now: Estimate) -> Finding:
     force_n = found.retarding_force_n(now)
+    said = (
+        f"drags, though its pressing force says released: over {found.shown_over_m / 1000.0:.1f} km of free rolling it "
+        f"has turned more slowly than before, as under about {force_n / 1000.0:.1f} kN"
+    )
+    return _unseen(found.wheelset, now, said, {**found._asdict(), "retarding_force_n": force_n})
+
+
+def _unseen(i: int, now: Estimate, said: str, told: Values, why: str = "") -> Finding:
+    """What a brake does of which its pressing force says nothing."""
+    values = told | {"pressing_force_n": now.wheelsets[i].pressing_force_n, "speed_mps": now.speed_mps}
+    values.pop("wheelset", None)
     return Finding(
         Severity.ALARM,
-        f"The brake of wheelset {found.wheelset + 1} drags, though its pressing force says released: over "
-        f"{found.shown_over_m / 1000.0:.1f} km of free rolling it has turned more slowly than before, as under about "
-        f"{force_n / 1000.0:.1f} kN, at {now.speed_mps * 3.6:.0f} km/h.",
-        {
-            **dict(zip(CreepDrag._fields[1:], found[1:], strict=True)),
-            "retarding_force_n": force_n,
-            "pressing_force_n": now.wheelsets[found.wheelset].pressing_force_n,
-            "speed_mps": now.speed_mps,
-        },
+        f"The brake of wheelset {i + 1} {said}, at {now.speed_mps * 3.6:.0f} km/h{why}.",
+        values,
         misled_by=MisledBy.DRAG,
     )
 

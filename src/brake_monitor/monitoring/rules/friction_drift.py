@@ -5,19 +5,19 @@ from statistics import median
 
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.per_application import Applications, PerApplicationOfPads
+from brake_monitor.monitoring.rules.per_application import Applications, PerApplication
 from brake_monitor.settings.alarm_settings import FrictionDriftRule
 
 SIGNIFICANT_SIGMAS = 3.0
 STD_PER_MAD = 1.4826  # of a normal distribution
 
 
-class FrictionDrift(PerApplicationOfPads[FrictionDriftRule]):
+class FrictionDrift(PerApplication[FrictionDriftRule]):
     """Judges the trend of each wheelset's friction over its last brake applications; one odd value does not count."""
 
     kind = "friction_drift"
 
-    def _judge_pads(self, i: int, applications: Applications) -> Verdict:
+    def _judge_applications(self, i: int, applications: Applications) -> Verdict:
         own = [record.wheelsets[i] for record in applications]
         counted = [one for one in own if one.tells_friction(self.settings.min_energy_j)][-self.settings.stops :]
         if len(counted) < self.settings.min_stops:

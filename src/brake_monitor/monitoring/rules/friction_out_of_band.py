@@ -8,7 +8,7 @@ from brake_monitor.monitoring.brake_units.application_record import ApplicationR
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
 from brake_monitor.monitoring.rules.creep_shares import can_tell_apart
 from brake_monitor.monitoring.rules.mean_friction import pooled
-from brake_monitor.monitoring.rules.per_application import Applications, PerApplicationOfPads
+from brake_monitor.monitoring.rules.per_application import Applications, PerApplication
 from brake_monitor.monitoring.rules.told_apart import is_set_apart, told_apart
 from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 
@@ -16,7 +16,7 @@ from brake_monitor.settings.alarm_settings import FrictionOutOfBandRule
 TOGETHER = 0.5
 
 
-class FrictionOutOfBand(PerApplicationOfPads[FrictionOutOfBandRule]):
+class FrictionOutOfBand(PerApplication[FrictionOutOfBandRule]):
     """Judges as few of the last brake applications as suffice, and finds only what their 95 % interval bears out.
 
     The last one alone where its gradient is known; stops to standstill together, since their gradients differ.
@@ -35,7 +35,7 @@ class FrictionOutOfBand(PerApplicationOfPads[FrictionOutOfBandRule]):
         super().__init__(settings, friction_nominal, wheelset_count)
         self._alike_std = alike_std
 
-    def _judge_pads(self, i: int, applications: Applications) -> Verdict:
+    def _judge_applications(self, i: int, applications: Applications) -> Verdict:
         least_energy_j = self.settings.min_energy_j
         telling = [record for record in applications if record.wheelsets[i].tells_friction(least_energy_j)]
         telling = telling[-self.settings.stops :]

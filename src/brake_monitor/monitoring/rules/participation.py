@@ -5,7 +5,7 @@ from collections.abc import Sequence
 from math import inf
 from statistics import fmean
 
-from brake_monitor.estimation.inputs.pad_contact import RELEASE_FRACTION
+from brake_monitor.estimation.inputs.pad_contact import PadContact
 from brake_monitor.monitoring.brake_units.running_application import LONGEST_GAP_S
 from brake_monitor.monitoring.observation import OBSERVATION_PERIOD_S
 
@@ -21,7 +21,6 @@ class Participation:
 
     def __init__(self, contact_force_n: float, wheelset_count: int) -> None:
         self._contact_force_n = contact_force_n
-        self._released_n = RELEASE_FRACTION * contact_force_n
         self._count = wheelset_count
         self._seen_s = -inf
         self._forget()
@@ -29,10 +28,9 @@ class Participation:
     def _forget(self) -> None:
         self.begin_was_seen = False  # all brakes were released before it: what is known of it is all of it
         self.begun_s = inf  # inf: none goes on
-        self.took_part = [False] * self._count
+        self._contacts = [PadContact(self._contact_force_n) for _ in range(self._count)]
         self.eased = [False] * self._count  # which ones pressed less as the last one left its disc, no more since
         self._left_n: Sequence[float] = ()  # what each pressed with then
-        self._presses = [False] * self._count
         self._lately: deque[Sequence[float]] = deque(maxlen=round(RELEASE_S / OBSERVATION_PERIOD_S))  # forces
 
     def see(self, time_s: float, forces_n: Sequence[float]) -> None:
@@ -41,27 +39,26 @@ class Participation:
             self._forget()
         self._seen_s = time_s
         self._lately.append(forces_n)
-        released = [force_n < self._released_n for force_n in forces_n]
-        if any(pressed and left for pressed, left in zip(self._presses, released, strict=True)):
+        changed = [contact.see(time_s, force_n) for contact, force_n in zip(self._contacts, forces_n, strict=True)]
+        if any(
+            has_changed and not contact.pressed for contact, has_changed in zip(self._contacts, changed, strict=True)
+        ):
             before_n = [max(of_one) for of_one in zip(*self._lately, strict=True)]
             self.eased = [now_n < EASED * most_n for now_n, most_n in zip(forces_n, before_n, strict=True)]
             self._left_n = forces_n
         elif True in self.eased:  # a brake that is being released presses no harder again
             grown = [EASED * now_n > left_n for now_n, left_n in zip(forces_n, self._left_n, strict=True)]
             self.eased = [eased and not has_grown for eased, has_grown in zip(self.eased, grown, strict=True)]
-        self._presses = [
-            force_n >= self._contact_force_n or (pressed and not left)
-            for force_n, pressed, left in zip(forces_n, self._presses, released, strict=True)
-        ]
-        if all(released):
-            self.begin_was_seen, self.begun_s = True, inf
-            self.took_part, self.eased = [False] * len(forces_n), [False] * len(forces_n)
-        elif max(forces_n) >= self._contact_force_n:
+        if any(contact.pressed for contact in self._contacts):
             self.begun_s = min(self.begun_s, time_s)
-        self.took_part = [
-            took_part or force_n >= self._contact_force_n
-            for took_part, force_n in zip(self.took_part, forces_n, strict=True)
-        ]
+            return
+        self.begin_was_seen, self.begun_s, self.eased = True, inf, [False] * self._count
+        for contact in self._contacts:
+            contact.begin_application()
+
+    def took_part(self, i: int) -> bool:
+        """Whether brake i has pressed in this application."""
+        return self._contacts[i].has_pressed
 
     def is_easing(self, i: int) -> bool:
         """Whether brake i is still being vented, on average over the steps of a coarse sensor."""

@@ -17,6 +17,8 @@ class PerApplication(Rule[Settings]):
     Before the first application nothing is known.
     """
 
+    of_pads = True  # what those before them rubbed says nothing of pads
+
     def __init__(self, settings: Settings, friction_nominal: float, wheelset_count: int) -> None:
         super().__init__(settings, wheelset_count)
         self._nominal = friction_nominal
@@ -31,26 +33,18 @@ class PerApplication(Rule[Settings]):
         if applications and (applications[-1] is not self._last or fitted_s != self._fitted_s):
             self._last, self._fitted_s = applications[-1], fitted_s
             comparable = _comparable(applications)
-            self._verdicts = tuple(self._judge_applications(i, comparable, pads[i]) for i in range(len(self.wheelsets)))
+            self._verdicts = tuple([self._judge_of(i, comparable, pads[i]) for i in range(len(self.wheelsets))])
         return self._verdicts
 
-    @abstractmethod
-    def _judge_applications(self, i: int, applications: Applications, pads: PadWear) -> Verdict:
-        """Judge wheelset i, from 0, which has these pads, by these applications, oldest first."""
-
-
-class PerApplicationOfPads(PerApplication[Settings]):
-    """Judges each wheelset's pads by their own applications: what those before them rubbed says nothing of them."""
-
-    def _judge_applications(self, i: int, applications: Applications, pads: PadWear) -> Verdict:
-        if pads.fitted_time_s is None:  # since the monitor was installed
-            return self._judge_pads(i, applications)
+    def _judge_of(self, i: int, applications: Applications, pads: PadWear) -> Verdict:
+        if not self.of_pads or pads.fitted_time_s is None:  # since the monitor was installed
+            return self._judge_applications(i, applications)
         own = round(pads.since_fitted.stops)  # the clock may have been wrong then, or since
-        return self._judge_pads(i, applications[-own:]) if own else FINE  # nothing speaks against pads just fitted
+        return self._judge_applications(i, applications[-own:]) if own else FINE  # nothing speaks against them yet
 
     @abstractmethod
-    def _judge_pads(self, i: int, applications: Applications) -> Verdict:
-        """Judge the pads of wheelset i, from 0, by these applications, oldest first."""
+    def _judge_applications(self, i: int, applications: Applications) -> Verdict:
+        """Judge wheelset i, from 0, by these applications, oldest first."""
 
 
 def _comparable(applications: Applications) -> Applications:

@@ -8,7 +8,6 @@ from brake_monitor.estimation.core.regime_watch import PRESSES_N
 from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord
-from brake_monitor.monitoring.brake_units.wear import PadWear
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.observation import Observation
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
@@ -21,6 +20,7 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
     """Judges the last sufficient brake application in which all brakes pressed and nothing slid."""
 
     kind = "uneven_braking"
+    of_pads = False
 
     def __init__(
         self,
@@ -38,7 +38,7 @@ class UnevenBraking(PerApplication[UnevenBrakingRule]):
         """One verdict per wheelset."""
         return (FINE,) if len(self.wheelsets) == 1 else super().judge(seen)
 
-    def _judge_applications(self, i: int, applications: Applications, _: PadWear) -> Verdict:
+    def _judge_applications(self, i: int, applications: Applications) -> Verdict:
         telling = [record for record in applications if self._tells(record)]
         if not telling:
             return UNKNOWN
