@@ -9,7 +9,7 @@ import pytest
 
 from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
@@ -31,7 +31,7 @@ def two_judges() -> tuple[InputJudge, InputJudge]:
     """One that is to see samples together, one that is to see them one by one."""
     settings, channels = wagon()
     ratios = settings.estimator.contact_force_n
-    return InputJudge(settings, channels, SpeedRatios(ratios)), InputJudge(settings, channels, SpeedRatios(ratios))
+    return InputJudge(settings, channels, CreepMeter(ratios)), InputJudge(settings, channels, CreepMeter(ratios))
 
 
 def speed_mps(time_s: float) -> float:

@@ -13,7 +13,7 @@ from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_units.brakes import Brakes
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.brake_units.wear import archard_loss_mm, energy_loss_mm, pad_life
-from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.reports import InputReports
 from brake_monitor.samples import InputCondition, Quantity
 from brake_monitor.settings.alarm_settings import UnevenBrakingRule
@@ -85,7 +85,7 @@ def keep(book: BrakeBook, drive: Drive, inputs: InputReports = SOUND) -> list[Ap
 
 
 def new_book(settings: WearSettings = WEAR) -> BrakeBook:
-    return BrakeBook(2, settings, 2000.0, CreepMeter(SpeedRatios(2000.0)), 1)
+    return BrakeBook(2, settings, 2000.0, CreepMeter(2000.0), 1)
 
 
 def test_a_brake_application_is_one_record_of_what_was_done() -> None:
@@ -491,7 +491,7 @@ def test_what_slide_protection_took_from_a_brake_tells_nothing_of_the_brake() ->
 
 def test_two_of_four_that_go_on_pressing_do_not_go_on_with_the_brake_application() -> None:
     """They drag; the next application is another one."""
-    book = BrakeBook(4, WEAR, 2000.0, CreepMeter(SpeedRatios(2000.0)), 1)
+    book = BrakeBook(4, WEAR, 2000.0, CreepMeter(2000.0), 1)
     stops = []
     for now in Drive(end_s=40.0).estimates:
         drags = now.time_s >= 20.0
@@ -708,7 +708,7 @@ HOT_C = 450.0
 
 
 def resumed_with_hot_discs(time_s: float) -> BrakeBook:
-    book = BrakeBook(2, WEAR, 2000.0, CreepMeter(SpeedRatios(2000.0)), 1)
+    book = BrakeBook(2, WEAR, 2000.0, CreepMeter(2000.0), 1)
     units = tuple(replace(unit, disc_temperature_c=HOT_C) for unit in book.brakes.units)
     book.resume(replace(book.brakes, time_s=time_s, units=units))
     return book

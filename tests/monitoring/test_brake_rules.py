@@ -13,7 +13,7 @@ from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.brake_units.brakes import Brakes, BrakeUnit
 from brake_monitor.monitoring.brake_units.wear import PadUse, PadWear
-from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.misled import MisledBy
 from brake_monitor.monitoring.monitor import Monitor
@@ -601,7 +601,7 @@ def lost(quantity: Quantity, condition: InputCondition) -> tuple[InputReport, ..
 class TestBrakeNotApplied:
     @staticmethod
     def rule(count: int = 2, contact_n: float = CONTACT_N) -> BrakeNotApplied:
-        return BrakeNotApplied(BrakeNotAppliedRule(), contact_n, NOMINAL, count, CreepMeter(SpeedRatios(contact_n)))
+        return BrakeNotApplied(BrakeNotAppliedRule(), contact_n, NOMINAL, count, CreepMeter(contact_n))
 
     def test_one_does_not_press_while_the_others_do(self) -> None:
         assert found(play(self.rule(), lambda t: (braked(t), 0.0))) == [None, 20.0]

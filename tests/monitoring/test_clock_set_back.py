@@ -6,7 +6,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.doubts.frozen_reading import FROZEN_S, FrozenReading
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.inputs.held_input import HeldInput
-from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.monitoring.rule import Finding
@@ -58,7 +58,7 @@ def clock(set_back_at_s: float) -> list[tuple[float, float]]:
 
 
 def test_creep_is_told_though_a_motor_acted_ten_minutes_ahead() -> None:
-    meter, creeps = CreepMeter(SpeedRatios(CONTACT_N)), None
+    meter, creeps = CreepMeter(CONTACT_N), None
     for true_s, time_s in clock(set_back_at_s=10.0):
         if true_s > 35.0:
             break
@@ -75,7 +75,7 @@ def test_creep_is_told_though_a_motor_acted_ten_minutes_ahead() -> None:
 @pytest.mark.parametrize("set_back_at_s", [20.0, 31.0, 45.0])
 def test_free_rolling_is_seen_anew(set_back_at_s: float) -> None:
     """The wheelset that was turned meanwhile creeps no more than before."""
-    meter, found = CreepMeter(SpeedRatios(CONTACT_N)), None
+    meter, found = CreepMeter(CONTACT_N), None
     for true_s, time_s in clock(set_back_at_s):
         braked = 10.0 <= true_s < 30.0
         radius_m = (RADIUS_M, RADIUS_M if true_s < 30.0 else 0.998 * RADIUS_M)
@@ -106,7 +106,7 @@ def test_a_hidden_drag_is_found_after_the_next_release(set_back_at_s: float) -> 
 
 def test_a_brake_that_does_not_come_is_told_though_slide_protection_acted_ten_minutes_ahead() -> None:
     rule, found_s = (
-        BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, 2, CreepMeter(SpeedRatios(CONTACT_N))),
+        BrakeNotApplied(BrakeNotAppliedRule(), CONTACT_N, NOMINAL, 2, CreepMeter(CONTACT_N)),
         [],
     )
     for true_s, time_s in clock(20.0):

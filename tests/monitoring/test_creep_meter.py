@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from numpy.random import Generator
 
-from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import AVERAGE_S, Creep, CreepMeter
 from estimates import estimate, wheelset
 
 STEP_S, FREE_UNTIL_S, END_S = 0.1, 20.0, 32.0
@@ -16,7 +16,7 @@ CONTACT_N, FULL_N = 2000.0, 40e3
 
 def measured(rng: Generator, omega_std: float) -> list[Creep]:
     """Of the first of two wheelsets, both braked with CREEP after free rolling, wheel speeds as they are read."""
-    meter, found = CreepMeter(SpeedRatios(CONTACT_N)), []
+    meter, found = CreepMeter(CONTACT_N), []
     for time_s in np.arange(0.0, END_S, STEP_S).tolist():
         creep, force_n = (CREEP, FULL_N) if time_s >= FREE_UNTIL_S else (0.0, 0.0)
         omega = SPEED_MPS * (1.0 - creep) / RADIUS_M + omega_std * rng.standard_normal(2)
@@ -51,7 +51,7 @@ def test_what_is_exact_leaves_no_doubt() -> None:
 
 
 def test_a_wheelset_that_stands_has_its_doubt_too() -> None:
-    meter = CreepMeter(SpeedRatios(CONTACT_N))
+    meter = CreepMeter(CONTACT_N)
     for k in range(100):
         own = wheelset(omega_radps=33.0, pressing_force_n=0.0)
         meter.note(estimate(time_s=0.1 * k, saturated=False, wheelsets=(own, own)), (True, True))
@@ -67,7 +67,7 @@ def test_a_wheelset_that_stands_has_its_doubt_too() -> None:
 @pytest.mark.parametrize("turned", [0.97, 1.0])
 def test_what_a_wheelset_was_before_it_was_turned_does_not_count(turned: float, rolls_s: float) -> None:
     """It stands for eight hours, rolls on, and is braked; without any free rolling nothing is known."""
-    meter = CreepMeter(SpeedRatios(CONTACT_N))
+    meter = CreepMeter(CONTACT_N)
     for begin_s, rolled_s, radius_m in ((0.0, 60.0, RADIUS_M), (8 * 3600.0, rolls_s, turned * RADIUS_M)):
         for time_s in np.arange(begin_s, begin_s + rolled_s + 12.0, STEP_S).tolist():
             creep, force_n = (CREEP, FULL_N) if time_s >= begin_s + rolled_s else (0.0, 0.0)

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import pytest
 
 from brake_monitor.decoding.signals import SignalDecoder
-from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.dead_forces import DIED_S, DeadForces
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.samples import InputCondition, Measurand, Quantity
@@ -89,7 +89,7 @@ def test_where_all_died_there_is_nobody_to_compare_with() -> None:
 def test_its_signal_is_contradicted_then() -> None:
     settings, dead = example_settings("bogie"), (Quantity.PRESSING_FORCE, 0)
     channels = SignalDecoder.from_settings(settings).channels
-    judge = InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n))
+    judge = InputJudge(settings, channels, CreepMeter(settings.estimator.contact_force_n))
     conditions = dict.fromkeys([channel.measurand for channel in channels], InputCondition.GOOD)
 
     def told(time_s: float, forces_n: Sequence[float], condition: InputCondition) -> InputCondition:
@@ -114,7 +114,7 @@ def test_its_signal_is_contradicted_then() -> None:
 def test_it_has_not_died_where_it_did_not_say_what_is_impossible(place: Measurand, condition: InputCondition) -> None:
     settings = example_settings("bogie")
     channels = SignalDecoder.from_settings(settings).channels
-    judge = InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n))
+    judge = InputJudge(settings, channels, CreepMeter(settings.estimator.contact_force_n))
     conditions = dict.fromkeys([channel.measurand for channel in channels], InputCondition.GOOD)
     moments = ((10.0, SOUND, True), (10.0 + DIED_S, SOUND, True), (20.0, RELEASED, False), (30.0, ONE_SAYS_0, False))
     for k, (time_s, forces_n, is_bad) in enumerate(moments):

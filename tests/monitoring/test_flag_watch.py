@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterator
 import pytest
 
 from brake_monitor.estimation.estimate import WheelsetEstimate
-from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.flag_watch import STUCK_S, FlagWatch
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.processing.pipeline import Pipeline
@@ -198,7 +198,7 @@ def test_a_wheel_speed_that_is_not_believed_shows_nothing_of_its_flag() -> None:
 def test_a_flag_and_a_torque_that_are_not_told_any_more_are_taken_for_none(quality: Quality) -> None:
     flag = Channel(Quantity.WSP_ACTIVE, 0, "can0", "WSP", "on", 0.0, 0.0, 0.5)
     torque = Channel(Quantity.WHEEL_TORQUE, 0, "can0", "TCU", "torque", 0.0, 0.0, 0.5)
-    judge = InputJudge(example_settings("railcar"), [flag, torque], SpeedRatios(CONTACT_N))
+    judge = InputJudge(example_settings("railcar"), [flag, torque], CreepMeter(CONTACT_N))
     for channel, value in ((flag, 1.0), (torque, -5000.0)):
         judge.see(Sample(0.0, *channel.measurand, value, Quality.GOOD))
     holding = judge._wheels.wheels[0].holding

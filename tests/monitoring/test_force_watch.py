@@ -7,7 +7,7 @@ import pytest
 
 from brake_monitor.estimation.brake_work import WheelsetWork
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
-from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.force_watch import ForceWatch
 from brake_monitor.monitoring.inputs.watched_force import ForceState
 from brake_monitor.settings.config import EstimatorSettings, Preset, Vehicle
@@ -31,7 +31,7 @@ def vehicle(name: str = "wagon") -> Vehicle:
 def watch_of(wagon: Vehicle, preset: Preset = "wagon", sensors: Sequence[Sequence[int]] | None = None) -> ForceWatch:
     estimator = EstimatorSettings(preset=preset, friction_nominal=FRICTION, contact_force_n=CONTACT_N)
     sensors = sensors or [[i] for i in range(wagon.wheelset_count)]
-    return ForceWatch(wagon, estimator, sensors, SpeedRatios(CONTACT_N))
+    return ForceWatch(wagon, estimator, sensors, CreepMeter(CONTACT_N))
 
 
 def braked(time_s: float) -> float:

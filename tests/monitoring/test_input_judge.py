@@ -10,7 +10,7 @@ from msgspec.structs import replace
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.dead_forces import DIED_S
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.monitoring.inputs.scatter_watch import TOLD_S
@@ -36,7 +36,7 @@ class Wagon:
     def __init__(self) -> None:
         self.settings: Settings = example_settings("bogie")
         self.channels: tuple[Channel, ...] = SignalDecoder.from_settings(self.settings).channels
-        self.judge = InputJudge(self.settings, self.channels, SpeedRatios(self.settings.estimator.contact_force_n))
+        self.judge = InputJudge(self.settings, self.channels, CreepMeter(self.settings.estimator.contact_force_n))
         self.thought: dict[Measurand, InputCondition] = {}
         self.wheels: tuple[WheelState, ...] = ()
 

@@ -5,7 +5,7 @@ import pytest
 from brake_monitor.decoding.signals import SignalDecoder
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.monitoring.inputs.scatter_watch import ScatterWatch
 from brake_monitor.samples import InputCondition, Quantity
@@ -116,7 +116,7 @@ def test_nor_do_estimates_that_are_far_apart(tenths: int, is_told: bool) -> None
 def test_of_one_that_is_not_told_any_more_that_is_said() -> None:
     settings, first_wheel = example_settings("wagon"), (Quantity.AXLE_SPEED, 0)
     channels = SignalDecoder.from_settings(settings).channels
-    judge = InputJudge(settings, channels, SpeedRatios(settings.estimator.contact_force_n))
+    judge = InputJudge(settings, channels, CreepMeter(settings.estimator.contact_force_n))
     conditions = dict.fromkeys([channel.measurand for channel in channels], InputCondition.GOOD)
 
     def told_of_it(now: Estimate, changes: int) -> InputCondition:

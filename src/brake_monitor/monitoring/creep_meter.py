@@ -8,6 +8,7 @@ what pads do.
 
 from collections.abc import Sequence
 from math import exp, hypot, inf, sqrt
+from statistics import fmean
 
 from msgspec import Struct
 
@@ -46,59 +47,22 @@ class Creep(Struct, frozen=True):
         return hypot(sqrt(self.common_noise_s / span_s), lasting_std)
 
 
-class SpeedRatios:
-    """Of each wheelset its own speed over the vehicle's, omega / v in 1/m; several meters may ask one."""
+class CreepMeter:
+    """Sees each estimate, in order of time; several may show it the same one, of whom the first is believed."""
 
     def __init__(self, free_force_n: float) -> None:
         """Below `free_force_n` a brake is taken to be released."""
         self._free_force_n = free_force_n
         self._seen: Estimate | None = None
         self._time_s = -inf
-        self.step_s = 0.0  # since the estimate before
-        self.driven = LastTime()  # a motor had a part in it
-        self.is_free = False  # no brake, motor or slide has a part in it, and time has not gone back
-        self.now: list[float] = []  # empty where nothing is to be told
-        self.noise_s: list[float] = []  # of its logarithm, as in `Creep`
-        self.lately: list[float] = []  # about a second's mean ...
-        self.lately_s = 0.0  # ... over so long
-
-    def see(self, now: Estimate) -> None:
-        """Take the next estimate, or the same one once more."""
-        if now is self._seen:
-            return
-        self._seen = now
-        step_s, self._time_s = now.time_s - self._time_s, now.time_s
-        self.step_s = step_s
-        is_driven = now.a_motor_acts
-        self.driven.see(now.time_s, is_driven)
-        is_braked = max(now.forces_n) >= self._free_force_n
-        slides = now.saturated or max([own.slip for own in now.wheelsets]) > SLIDING_SLIP  # that of a lost speed, too
-        self.is_free = not (is_braked or is_driven or slides or step_s < 0.0)
-        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_STEP_S:
-            self.now, self.noise_s, self.lately, self.lately_s = [], [], [], 0.0
-            return
-        self.now = [wheelset.omega_radps / now.speed_mps for wheelset in now.wheelsets]
-        self.noise_s = [_relative_noise_s(wheelset) for wheelset in now.wheelsets]
-        self.lately_s += step_s
-        share = max(1.0 - exp(-step_s / AVERAGE_S), step_s / self.lately_s)
-        self.lately = nearer(self.lately or self.now, self.now, share)
-
-    def forget_lately(self) -> None:
-        """The vehicle's speed was another one than was thought."""
-        self.lately, self.lately_s = [], 0.0
-
-
-class CreepMeter:
-    """Sees each estimate, in order of time. Those who tell it the same of the pressing forces may share one."""
-
-    def __init__(self, ratios: SpeedRatios) -> None:
-        """`ratios` is what other meters may ask as well."""
-        self._ratios = ratios
-        self._seen: Estimate | None = None
+        self._driven = LastTime()  # a motor had a part in it
         self._held_s = -inf  # when it last did not roll freely, or was not known to
         self._rolled_s = -inf  # when it last rolled freely
+        self._own_noise_s: list[float] = []  # of the logarithm of each wheelset's omega / v, as in `Creep`
+        self._lately: list[float] = []  # of each omega / v, about a second's mean ...
+        self._lately_s = 0.0  # ... over so long
         self._free_s = 0.0
-        self._free: list[float] = []  # omega / v of each wheelset while it rolls freely
+        self._free: list[float] = []  # the same while it rolls freely
         self._free_noise_s: list[float] = []
         self._noise_s, self._lasting = RunningMean(ERRORS_S), RunningMean(ERRORS_S)  # squares, as in `Creep`
         self._off = 0.0  # by which all have left free rolling, lately
@@ -111,24 +75,38 @@ class CreepMeter:
         if now is self._seen:
             return
         self._seen = now
-        ratios = self._ratios
-        ratios.see(now)
+        step_s, self._time_s = now.time_s - self._time_s, now.time_s
+        is_driven = now.a_motor_acts
+        self._driven.see(now.time_s, is_driven)
+        is_braked = max(now.forces_n) >= self._free_force_n
+        slides = now.saturated or max([own.slip for own in now.wheelsets]) > SLIDING_SLIP  # that of a lost speed, too
+        if is_braked or is_driven or slides or step_s < 0.0 or not all(known):
+            self._held_s = now.time_s
         if now.time_s - self._rolled_s > TURNED_S:
             self._free_s = 0.0
-        if not (ratios.is_free and all(known)):
-            self._held_s = now.time_s
-        if ratios.now and now.time_s - self._held_s > ROLLING_AGAIN_S:
+        if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_STEP_S:
+            self.forget_lately()
+            return
+        ratios = [wheelset.omega_radps / now.speed_mps for wheelset in now.wheelsets]
+        self._own_noise_s = [_relative_noise_s(wheelset) for wheelset in now.wheelsets]
+        self._lately_s += step_s
+        share = max(1.0 - exp(-step_s / AVERAGE_S), step_s / self._lately_s)
+        self._lately = nearer(self._lately or ratios, ratios, share)
+        if now.time_s - self._held_s > ROLLING_AGAIN_S:
             self._rolled_s = now.time_s
-            self._free_s = min(self._free_s + ratios.step_s, REFERENCE_S)
-            share = ratios.step_s / self._free_s
-            self._free = nearer(self._free or ratios.now, ratios.now, share)
-            self._free_noise_s = nearer(self._free_noise_s or ratios.noise_s, ratios.noise_s, share)
-            self._see_common(ratios)
+            self._free_s = min(self._free_s + step_s, REFERENCE_S)
+            share = step_s / self._free_s
+            self._free = nearer(self._free or ratios, ratios, share)
+            self._free_noise_s = nearer(self._free_noise_s or self._own_noise_s, self._own_noise_s, share)
+            self._see_common(step_s)
 
-    def _see_common(self, ratios: SpeedRatios) -> None:
+    def forget_lately(self) -> None:
+        """The vehicle's speed was another one than was thought, or none is told."""
+        self._lately, self._lately_s = [], 0.0
+
+    def _see_common(self, step_s: float) -> None:
         """See by how much the ratios of all, which roll freely, have left what they were."""
-        step_s, count = ratios.step_s, len(self._free)
-        off = sum(lately / free for lately, free in zip(ratios.lately, self._free, strict=True)) / count - 1.0
+        off = fmean([lately / free for lately, free in zip(self._lately, self._free, strict=True)]) - 1.0
         self._off += (off - self._off) * step_s / ERRS_ALIKE_S
         self._noise_s.add(off * off, step_s)
         self._lasting.add(self._off * self._off, step_s)
@@ -139,16 +117,16 @@ class CreepMeter:
         None when it cannot be told: too slow, or free rolling was not seen, or too little of now; or while a motor
         has a part in it.
         """
-        if now.time_s - self._ratios.driven.time_s < MOTORS_LEFT_S:
+        if now.time_s - self._driven.time_s < MOTORS_LEFT_S:
             return None
-        if self._free_s < LEAST_REFERENCE_S or self._ratios.lately_s < AVERAGE_S:
+        if self._free_s < LEAST_REFERENCE_S or self._lately_s < AVERAGE_S:
             return None
         return tuple([self._creep(i) for i in range(len(now.wheelsets))])
 
     def _creep(self, i: int) -> Creep:
-        value = 1.0 - self._ratios.lately[i] / self._free[i]
+        value = 1.0 - self._lately[i] / self._free[i]
         reference_std = sqrt(self._free_noise_s[i] / self._free_s)
-        return Creep(value, self._ratios.noise_s[i], reference_std, self._noise_s.value, sqrt(self._lasting.value))
+        return Creep(value, self._own_noise_s[i], reference_std, self._noise_s.value, sqrt(self._lasting.value))
 
 
 def _relative_noise_s(wheelset: WheelsetEstimate) -> float:

@@ -21,7 +21,7 @@ from brake_monitor.monitoring.brake_units.application_record import ApplicationR
 from brake_monitor.monitoring.brake_units.brake_book import BrakeBook
 from brake_monitor.monitoring.brake_units.gauge import Gauge, after_gauge
 from brake_monitor.monitoring.bus_watch import BusWatch
-from brake_monitor.monitoring.creep_meter import CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.input_judge import InputJudge
 from brake_monitor.monitoring.misled import MisledBy, qualified
 from brake_monitor.monitoring.monitor import Monitor
@@ -57,12 +57,11 @@ class Pipeline:
         self.shadows: list[Estimator] = []  # they take the same samples, and give nothing out
         self.taker: BlockTaker = OneByOne(self.estimator)
         count, contact_force_n = settings.vehicle.wheelset_count, settings.estimator.contact_force_n
-        ratios = SpeedRatios(contact_force_n)
-        creep = CreepMeter(ratios)
+        creep = CreepMeter(contact_force_n)
         self.brake_book = BrakeBook(count, settings.wear, contact_force_n, creep, settings.calibration)
         self.monitor = Monitor(all_rules(settings, creep))
         self._bus_watch = BusWatch((bus.name for bus in settings.can), decoder.channels)
-        self._input_judge = InputJudge(settings, decoder.channels, ratios)
+        self._input_judge = InputJudge(settings, decoder.channels, creep)
         self.memory_failure = ""  # why the memory cannot be written, told by whoever keeps one
         self.is_told = False  # whether any mapped value has come yet: before, estimates are but guesses
         self._turns = Turns(settings.output.rate_hz)

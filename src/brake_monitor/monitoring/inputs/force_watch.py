@@ -11,7 +11,7 @@ from statistics import median
 
 from brake_monitor.estimation.core.regime_watch import PRESSES_N, SHOWN_S
 from brake_monitor.estimation.estimate import Estimate
-from brake_monitor.monitoring.creep_meter import Creep, CreepMeter, SpeedRatios
+from brake_monitor.monitoring.creep_meter import Creep, CreepMeter
 from brake_monitor.monitoring.inputs.fallen_force import has_died
 from brake_monitor.monitoring.inputs.force_by_creep import ForceByCreep
 from brake_monitor.monitoring.inputs.force_by_retardation import ForceByRetardation
@@ -28,12 +28,11 @@ class ForceWatch:
     """Sees the wagon at each observation, in order of time."""
 
     def __init__(
-        self, vehicle: Vehicle, estimator: EstimatorSettings, sensors: Sequence[Sequence[int]], ratios: SpeedRatios
+        self, vehicle: Vehicle, estimator: EstimatorSettings, sensors: Sequence[Sequence[int]], creep: CreepMeter
     ) -> None:
         """`sensors`: of each wheelset those whose pressing forces are told by the same signal, itself among them."""
         count, self._contact_force_n = vehicle.wheelset_count, estimator.contact_force_n
-        self._ratios = ratios
-        self._creep = CreepMeter(ratios)
+        self._creep = creep
         self._retardation = Retardation(vehicle)
         self._is_in_train = estimator.preset == "train"
         self._nominal = NominalBrakes(vehicle, estimator)
@@ -54,18 +53,18 @@ class ForceWatch:
         Those that are `frozen` are judged, and tell nothing of the others.
         """
         if speeds_are_good and not self._speeds_were_good:  # the estimated speed is put right with a jump
-            self._ratios.forget_lately()
+            self._creep.forget_lately()
             self._retardation.forget_lately()
         self._speeds_were_good = speeds_are_good
         known = [measured[i] and force.state is not ForceState.CONTRADICTED for i, force in enumerate(self._forces)]
-        self._note(now, measured, known)
+        believed = [is_known and i not in frozen for i, is_known in enumerate(known)]
+        self._note(now, measured, believed)
         self.may_press_unseen = self._may_press_unseen(now, known)
         if speeds_are_good:
             for i, force in enumerate(self._forces):
                 if measured[i]:
                     force.see_slides(now, i, presses=self._brakes.pressing[i])
             if now.time_s - self._brakes.slid_s >= SETTLED_S and self._brakes.may_show:
-                believed = [is_known and i not in frozen for i, is_known in enumerate(known)]
                 judged = [i for i, told in enumerate(measured) if told and all(believed[:i] + believed[i + 1 :])]
                 self._judge_each(judged, now)
         states = tuple([force.state for force in self._forces])

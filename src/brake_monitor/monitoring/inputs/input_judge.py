@@ -9,7 +9,7 @@ from brake_monitor.decoding.sample_block import SampleBlock
 from brake_monitor.estimation.doubts.consistency import Doubt
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.alarm import Alarm, signals_in
-from brake_monitor.monitoring.creep_meter import SpeedRatios
+from brake_monitor.monitoring.creep_meter import CreepMeter
 from brake_monitor.monitoring.inputs.block_watch import BlockWatch
 from brake_monitor.monitoring.inputs.dead_forces import DeadForces
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
@@ -41,8 +41,8 @@ NOT_MISLED = frozenset[MisledBy]()
 class InputJudge:
     """Watches the signals one by one, speeds beside each other, forces and flags beside what brakes and wheels do."""
 
-    def __init__(self, settings: Settings, channels: Sequence[Channel], ratios: SpeedRatios) -> None:
-        """`ratios` is what others ask as well."""
+    def __init__(self, settings: Settings, channels: Sequence[Channel], creep: CreepMeter) -> None:
+        """`creep` is what others ask as well."""
         contact_force_n = settings.estimator.contact_force_n
         self._refusals = Refusals(channels)
         self._refused = self._refusals.refused  # of a signal that says something good again it forgets
@@ -58,7 +58,7 @@ class InputJudge:
         }
         self._block: SampleBlock | None = None  # whose samples are being taken, by:
         self._block_watch: BlockWatch | None = None
-        self._forces = ForceWatch(settings.vehicle, settings.estimator, _by_sensor(channels), ratios)
+        self._forces = ForceWatch(settings.vehicle, settings.estimator, _by_sensor(channels), creep)
         self._dead = DeadForces(contact_force_n)
         self._froze = frozenset[int]()  # as of the last observation
 
