@@ -97,7 +97,7 @@ LAYERS = {
             "brake_units.gauge brake_units.brake_book inputs inputs.retardation inputs.watched_force "
             "inputs.pressed_brakes inputs.nominal_brakes inputs.fallen_force inputs.force_by_creep "
             "inputs.force_by_retardation inputs.force_watch inputs.flag_watch inputs.wheel_state "
-            "inputs.vehicle_speed inputs.holding_force inputs.descent inputs.speed_falls inputs.speed_bursts "
+            "inputs.vehicle_speed inputs.holding_force inputs.descent inputs.speed_bursts "
             "inputs.speed_scale inputs.odd_turning inputs.turning "
             "inputs.watched_wheelset inputs.wagon_past inputs.speed_doubt inputs.wheel_watch inputs.refusals "
             "inputs.lone_inputs inputs.frozen_forces inputs.dead_forces inputs.scatter_watch inputs.block_watch "

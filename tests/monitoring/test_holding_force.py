@@ -2,7 +2,6 @@
 
 from math import inf
 
-import numpy as np
 import pytest
 
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
@@ -45,46 +44,34 @@ def test_pads_and_motor_hold_it_together(by_pads: float, by_motor: float, suffic
 @pytest.mark.parametrize(("torque", "drives"), [(1.01, True), (0.9, False), (-1.01, False)])
 def test_a_motor_drives_a_wheelset_that_it_could_turn_against_its_pads(torque: float, drives: bool) -> None:
     force = holding()
-    assert (force.driven_s, force.noted_s, force.largest_n) == (-inf, -inf, 0.0)
+    assert (force.driven_s, force.told_s, force.largest_n) == (-inf, -inf, 0.0)
     force.see_torque(7.0, torque * POOREST_NM)
-    assert (force.driven_s, force.noted_s) == (7.0 if drives else -inf, 7.0)
+    assert (force.driven_s, force.told_s) == (7.0 if drives else -inf, 7.0)
     assert (force.motor_force_n > 0.0) is (torque < 0.0)
 
 
 @pytest.mark.parametrize(("released_for_s", "is_left"), [(1.25, True), (1.75, False)])
-@pytest.mark.parametrize("together", [False, True])
-def test_a_brake_that_has_pressed_just_now_may_have_stopped_it(
-    released_for_s: float, is_left: bool, together: bool
-) -> None:
-    """Readings may be taken one by one, or together."""
+def test_a_brake_that_has_pressed_just_now_may_have_stopped_it(released_for_s: float, is_left: bool) -> None:
     force = holding()
     force.see_force(0.0, 40e3)
-    times_s = [0.25 * k for k in range(1, round(4.0 * released_for_s) + 1)]
-    if together:
-        force.remember(times_s, [0.0] * len(times_s))
-    else:
-        for time_s in times_s:
-            force.see_force(time_s, 0.0)
+    force.remember(0.0)
+    force.see_force(0.05, 0.0)
+    for k in range(1, round(4.0 * released_for_s) + 1):
+        force.remember(0.25 * k)
     assert force.largest_n == (40e3 if is_left else 0.0)
+
+
+def test_a_brake_that_has_come_on_since_the_last_observation_may_have_stopped_it() -> None:
+    force = holding()
+    force.remember(0.0)
+    force.see_force(0.05, 40e3)
+    assert force.largest_n == 40e3
 
 
 def test_a_clock_that_is_set_back_leaves_no_force_ahead() -> None:
     force = holding()
     force.see_force(100.0, 40e3)
+    force.remember(100.0)
     force.see_force(50.0, 0.0)
+    force.remember(50.0)
     assert force.largest_n == 0.0
-
-
-@pytest.mark.parametrize("together", [1, 7])
-def test_the_largest_is_that_of_all_readings_of_the_last_second_and_a_half(together: int) -> None:
-    """Of forces that rise, fall and stay; some are taken together."""
-    rng = np.random.default_rng(1)
-    forces_n = np.repeat(np.round(np.abs(np.cumsum(rng.normal(0.0, 2e3, 400))), -3), rng.integers(1, 4, 400))
-    times_s = np.cumsum(rng.choice([0.01, 0.1, 0.4], len(forces_n)))
-    force = holding()
-    for end in range(together, len(times_s), together):
-        begin = end - together
-        force.remember(times_s[begin:end].tolist(), forces_n[begin:end].tolist())
-        lately = times_s[:end] >= times_s[end - 1] - 1.5
-        assert force.largest_n == forces_n[:end][lately].max()
-        assert force.noted_s == times_s[end - 1]

@@ -14,10 +14,8 @@ from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
 from brake_monitor.monitoring.inputs.descent import ROLLS, WHOLE
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.frozen_forces import ForceReading, FrozenForces
-from brake_monitor.monitoring.inputs.holding_force import CAUSE_S
-from brake_monitor.monitoring.inputs.speed_bursts import may_be_bursts
-from brake_monitor.monitoring.inputs.speed_falls import FALL_SPAN_S, ROUNDING_S, falls
-from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed, most_without_jump_mps
+from brake_monitor.monitoring.inputs.speed_bursts import BEFORE_S, ROUNDING_S, may_be_bursts
+from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS, WatchedWheelset
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
 from brake_monitor.samples import Quantity
@@ -98,8 +96,6 @@ class _SpeedBlock:
         self._mps = np.concatenate(([before_mps], np.abs(readings.value)))
         time_s = np.concatenate(([speed.time_s], readings.time_s))
         self.rises = bool((time_s[1:] >= time_s[:-1]).all())
-        jumps = np.abs(np.diff(self._mps)) > most_without_jump_mps(np.diff(time_s))
-        self._jumps: list[int] = readings.places[jumps].tolist()
         self._listed_places: list[int] = readings.places.tolist()
         self._times_s = readings.time_s
 
@@ -112,9 +108,7 @@ class _SpeedBlock:
         places = self._listed_places
         last = bisect_left(places, end) - 1
         if last >= 0 and places[last] >= begin:
-            jumps = self._jumps
-            jumped = bool(jumps) and bisect_left(jumps, begin) != bisect_left(jumps, end)
-            self._speed.go_on(self._times_s.item(last), self._mps.item(last + 1), jumped=jumped)
+            self._speed.see(self._times_s.item(last), self._mps.item(last + 1))
 
 
 class _WheelBlock:
@@ -122,7 +116,7 @@ class _WheelBlock:
 
     def __init__(self, wheel: WatchedWheelset, speeds: GoodSamples, forces: GoodSamples, vehicle: _SpeedBlock) -> None:
         self._wheel = wheel
-        self._speeds, self._forces = _Passing(speeds, FALL_SPAN_S), _Passing(forces, CAUSE_S)
+        self._speeds, self._forces = _Passing(speeds), _Passing(forces)
         omega_radps = np.abs(speeds.value)
         rolling_mps = omega_radps * wheel.radius_m
         vehicle_mps = vehicle.before(speeds.places)
@@ -130,7 +124,7 @@ class _WheelBlock:
         turns = (vehicle_mps >= STANDSTILL_MPS) & (rolling_mps > np.maximum(ROLLS * vehicle_mps, STANDSTILL_MPS))
         is_odd = ~(stands | turns)
         is_odd[1:] |= stands[1:] != stands[:-1]
-        before = np.array(wheel.falls.speeds).reshape(-1, 2)
+        before = np.array(wheel.bursts.lately).reshape(-1, 2)
         time_s = np.concatenate((before[:, 0], speeds.time_s))
         runs_mps = np.concatenate((np.zeros(len(before)), np.where(stands, 0.0, vehicle_mps)))
         goes_on_below = wheel.bursts.goes_on_below(speeds.time_s)
@@ -138,15 +132,7 @@ class _WheelBlock:
         is_odd |= may_be_bursts(time_s, all_mps, runs_mps, wheel.hardest_mps2, goes_on_below)[len(before) :]
         is_odd[: wheel.bursts.awaits(speeds.time_s)] = True
         self.odd = speeds.places[is_odd]  # it neither turns nor stands with the wagon, falls, or differs from before
-        force_time_s = np.concatenate(([wheel.holding.noted_s], forces.time_s))
-        self.rises = all(bool((t[1:] >= t[:-1]).all()) for t in (time_s, force_time_s))
-        falling = np.zeros(len(rolling_mps), dtype=np.bool_)
-        if self.rises:  # else all are looked at singly
-            seen = ~np.isnan(vehicle_mps)  # before the first speed of the vehicle no wheelset is looked at
-            seen_s = np.concatenate((before[:, 0], speeds.time_s[seen]))
-            seen_mps = np.concatenate((before[:, 1], rolling_mps[seen]))
-            falling[seen] = falls(seen_s, seen_mps)[len(before) :]
-        self._falls = list(zip(speeds.places[falling].tolist(), speeds.time_s[falling].tolist(), strict=True))
+        self.rises = bool((time_s[1:] >= time_s[:-1]).all())  # else all are looked at singly
         is_whole = rolling_mps >= WHOLE * vehicle_mps
         self._whole_places: list[int] = speeds.places[is_whole].tolist()
         self._whole_s = speeds.time_s[is_whole]
@@ -164,27 +150,21 @@ class _WheelBlock:
                 whole = bisect_left(self._whole_places, end) - 1
                 whole_s = self._whole_s.item(whole) if whole >= 0 and self._whole_places[whole] >= begin else None
                 self._wheel.turn_on(time_s, omega_radps, self._rolling_mps.item(last), whole_s)
-            for place, time_s in self._falls:
-                if begin <= place < end:
-                    self._wheel.falls.fell_s = time_s
         last = self._forces.pass_over(begin, end)
         if last is not None:
-            self._wheel.holding.pressing_force_n = self._forces_n.item(last)
+            self._wheel.holding.see_force(self._forces.times_s.item(last), self._forces_n.item(last))
 
     def settle(self) -> None:
         """Let the wheelset remember what was passed over."""
         if speeds := self._speeds.settle():
-            self._wheel.falls.remember(self._speeds.times_s[speeds].tolist(), self._rolling_mps[speeds].tolist())
-        if forces := self._forces.settle():
-            self._wheel.holding.remember(self._forces.times_s[forces].tolist(), self._forces_n[forces].tolist())
+            times_s, rolling_mps = self._speeds.times_s[speeds], self._rolling_mps[speeds]
+            self._wheel.bursts.remember(*zip(times_s.tolist(), rolling_mps.tolist(), strict=True))
 
 
 class _Passing:
     """How far the readings of one channel have been passed over."""
 
-    def __init__(self, readings: GoodSamples, memory_s: float) -> None:
-        """Remembered are those of the last `memory_s`, and two more."""
-        self._memory_s = memory_s + ROUNDING_S
+    def __init__(self, readings: GoodSamples) -> None:
         self._places: list[int] = readings.places.tolist()
         self.times_s = readings.time_s
         self._first: int | None = None  # of those passed over that nobody remembers yet
@@ -199,10 +179,10 @@ class _Passing:
         return self._end - 1
 
     def settle(self) -> slice | None:
-        """Those of them that are still to be remembered."""
+        """Those of them that are still to be remembered: of the last BEFORE_S, and two more."""
         if self._first is None:
             return None
-        kept = int(np.searchsorted(self.times_s, self.times_s[self._end - 1] - self._memory_s)) - 2
+        kept = int(np.searchsorted(self.times_s, self.times_s[self._end - 1] - BEFORE_S - ROUNDING_S)) - 2
         first, self._first = max(self._first, kept), None
         return slice(first, self._end)
 

@@ -1,7 +1,6 @@
 """What could hold a wheelset: its pads, and a motor that brakes, which counts as the pads that could do the same."""
 
 from collections import deque
-from collections.abc import Sequence
 from math import inf
 
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
@@ -25,7 +24,9 @@ class HoldingForce:
         self.pressing_force_n = 0.0
         self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does
         self.driven_s = -inf  # when the motor last drove it
-        self._lately: deque[tuple[float, float]] = deque()  # (time, what both press like) where none later is larger
+        self.told_s = -inf  # when either was last told
+        self._lately: deque[tuple[float, float]] = deque()  # (time, what both press like) at the last observations ...
+        self._largest_n = 0.0  # ... and the largest of these
 
     def bear(self, mass_kg: float) -> None:
         """Note the mass of the wagon."""
@@ -38,36 +39,24 @@ class HoldingForce:
         return self.pressing_force_n + self.motor_force_n >= self.least_n
 
     @property
-    def noted_s(self) -> float:
-        """When it was last noted."""
-        return self._lately[-1][0] if self._lately else -inf
-
-    @property
     def largest_n(self) -> float:
         """The largest that may have stopped the wheelset just now."""
-        return self._lately[0][1] if self._lately else 0.0
+        return max(self._largest_n, self.pressing_force_n + self.motor_force_n)
 
     def see_force(self, time_s: float, pressing_force_n: float) -> None:
         """Take a good reading."""
-        self.pressing_force_n = pressing_force_n
-        self._note(time_s, pressing_force_n)
+        self.told_s, self.pressing_force_n = time_s, pressing_force_n
 
     def see_torque(self, time_s: float, accelerating_nm: float) -> None:
         """Take a good reading."""
-        self.motor_force_n = self._force_per_nm * max(-accelerating_nm, 0.0)
+        self.told_s, self.motor_force_n = time_s, self._force_per_nm * max(-accelerating_nm, 0.0)
         if self._force_per_nm * accelerating_nm >= self.least_n:
             self.driven_s = time_s
-        self._note(time_s, self.pressing_force_n)
 
-    def remember(self, times_s: Sequence[float], pressing_forces_n: Sequence[float]) -> None:
-        """Remember several readings of the pads, taken together while the motor did nothing new."""
-        for time_s, pressing_force_n in zip(times_s, pressing_forces_n, strict=True):
-            self._note(time_s, pressing_force_n)
-
-    def _note(self, time_s: float, pressing_force_n: float) -> None:
-        force_n, lately = pressing_force_n + self.motor_force_n, self._lately
-        while lately and lately[-1][1] <= force_n:
-            lately.pop()
-        lately.append((time_s, force_n))
+    def remember(self, time_s: float) -> None:
+        """Remember, at each observation, what both press like."""
+        lately = self._lately
+        lately.append((time_s, self.pressing_force_n + self.motor_force_n))
         while time_s - lately[0][0] > CAUSE_S or lately[0][0] > time_s:
             lately.popleft()
+        self._largest_n = max([force_n for _, force_n in lately])

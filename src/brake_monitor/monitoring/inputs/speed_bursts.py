@@ -5,7 +5,7 @@ to the next, and for a while. Readings that are off a few at a time are spikes, 
 the vehicle's speed falls as low as well, a gateway had told again what it was told last.
 """
 
-from collections.abc import Sequence
+from collections import deque
 from math import inf
 
 import numpy as np
@@ -14,6 +14,8 @@ from brake_monitor.arrays import Bools, Floats
 
 SHORTEST_S = 0.1  # frames may be bunched, so that readings are this much older than they say
 READINGS = 5  # in a row
+BEFORE_S = 0.3  # what falls back to what was told so shortly before was a spike
+ROUNDING_S = 1e-6  # more than Unix times are rounded by as floats
 RISES = 0.25  # of the fall, at the most, until they end; after a spike up and one down they are back by half of it
 WITHDRAWN_S = 1.0  # later the wagon may have slowed down by itself
 LASTS_S = 30.0  # after a burst another one is to be expected
@@ -26,24 +28,25 @@ class SpeedBursts:
     """Sees the speeds of one wheelset that turns."""
 
     def __init__(self) -> None:
+        self.lately: deque[Reading] = deque()  # of the last BEFORE_S
         self._low_mps = -inf  # a quarter of the last fall above its end, while readings stay below that; else -inf
         self._low = 0  # readings that have
         self._seen_s = self._burst_s = -inf  # when the last burst was first seen, and last
         self._burst_low_mps = -inf  # what its readings stayed below, ...
         self._burst_share = 0.0  # ... and of the vehicle's speed
 
-    def see(self, before: Sequence[Reading], now: Reading, vehicle_mps: float, hardest_mps2: float) -> None:
-        """Take a reading, and those of the last tenths of a second before it: what falls back to them was a spike.
+    def see(self, now: Reading, vehicle_mps: float, hardest_mps2: float) -> None:
+        """Take a reading, before it is remembered.
 
         `vehicle_mps` is the vehicle's speed as read last, 0 while it stands. Brakes slow the wheelset by no more than
         `hardest_mps2`.
         """
-        (before_s, before_mps), (time_s, rolling_mps) = before[-1], now
+        (before_s, before_mps), (time_s, rolling_mps) = self.lately[-1], now
         fallen_mps = before_mps - rolling_mps
         if fallen_mps > hardest_mps2 * max(time_s - before_s, SHORTEST_S):
             self.forget()
             low_mps = rolling_mps + RISES * fallen_mps
-            if min([mps for _, mps in before]) > low_mps:
+            if min([mps for _, mps in self.lately]) > low_mps:
                 self._low_mps, self._low = low_mps, 1
         elif rolling_mps < self._low_mps:
             self._low += 1
@@ -58,6 +61,15 @@ class SpeedBursts:
             self._seen_s = self._burst_s = -inf
         elif self.is_on(time_s) and rolling_mps < self._burst_share * vehicle_mps:
             self._burst_s = time_s
+
+    def remember(self, *readings: Reading) -> None:
+        """Remember one, or several that were taken together, in order of time."""
+        lately, last_s = self.lately, readings[-1][0]
+        if len(readings) > 2 and last_s - readings[1][0] >= BEFORE_S:  # nothing before them counts any more
+            lately.clear()
+        lately.extend(readings)
+        while len(lately) > 2 and not 0.0 <= last_s - lately[1][0] < BEFORE_S:
+            lately.popleft()
 
     def forget(self) -> None:
         """What comes next does not go on with what came last."""

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 from math import inf
 
 from brake_monitor.monitoring.inputs.speed_scale import SpeedScale
-from brake_monitor.monitoring.inputs.turning import WATCHED_FROM_MPS
+from brake_monitor.monitoring.inputs.turning import HARDEST_RETARDATION_MPS2, WATCHED_FROM_MPS
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wagon_past import WAIT_S, WagonPast
 from brake_monitor.monitoring.inputs.watched_wheelset import (
@@ -16,6 +16,7 @@ from brake_monitor.monitoring.inputs.watched_wheelset import (
 
 SOONER_S = 0.2  # the vehicle's speed is doubted this long before all its wheelsets are said to stand
 ALL_STOPPED_MPS2 = 0.1  # no wheelset turns and yet the wagon hardly slows down: its speed is wrong
+SPEED_JUMP_MPS = 1.5  # from one reading to a later one, beyond what any wagon loses or gains meanwhile
 DIFFERS = 0.2
 DIFFERS_MPS = 1.5  # wheel-speed sensors cut out as late
 DOUBT_S = 0.5
@@ -32,7 +33,8 @@ class SpeedDoubt:
         self._past = past
         self._count = wheelset_count
         self._scale = SpeedScale()
-        self._stands_alone = False
+        self._stands_alone = self._jumped = False
+        self._before: tuple[float, float] | None = None  # the reading as of the last observation: time and speed
         self._doubt_since_s = self._agrees_since_s = inf
 
     @property
@@ -48,6 +50,11 @@ class SpeedDoubt:
     def see(self, time_s: float, told: Sequence[WatchedWheelset], *, is_free: bool) -> None:
         """Take the wheelsets, and whether neither brake nor motor has acted on any for a while."""
         speed_mps = self._speed.mps or 0.0
+        if self._speed.mps is not None:
+            before_s, before_mps = self._before or (self._speed.time_s, speed_mps)
+            can_change_mps = SPEED_JUMP_MPS + HARDEST_RETARDATION_MPS2 * max(self._speed.time_s - before_s, 0.0)
+            self._jumped |= abs(speed_mps - before_mps) > can_change_mps
+            self._before = self._speed.time_s, speed_mps
         rolling_mps = [wheel.rolling_mps for wheel in told]
         if self._stands_alone:
             self._believe_again(time_s, speed_mps, rolling_mps)
@@ -62,11 +69,11 @@ class SpeedDoubt:
         several = len(told) > 1
         left_all = several and _have_all_been_left(told, speed_mps)
         if not told or (any(_agree(wheel.rolling_mps, speed_mps) for wheel in told) and not left_all):
-            self._speed.jumped = False
+            self._jumped = False
             return False
         rolling_mps = sorted(wheel.rolling_mps for wheel in told)
         together = rolling_mps[-1] - rolling_mps[0] < DIFFERS * rolling_mps[-1] + DIFFERS_MPS
-        is_odd = self._speed.jumped or left_all or (several and all(wheel.turning.odd.is_on for wheel in told))
+        is_odd = self._jumped or left_all or (several and all(wheel.turning.odd.is_on for wheel in told))
         return (together and is_odd) or self._cannot_all_stand(time_s, speed_mps, told)
 
     def _cannot_all_stand(self, time_s: float, speed_mps: float, told: Sequence[WatchedWheelset]) -> bool:
@@ -85,7 +92,7 @@ class SpeedDoubt:
         agrees = any(abs(own - speed_mps) < AGREES * own for own in rolling_mps if own > WATCHED_FROM_MPS)
         self._agrees_since_s = min(self._agrees_since_s, time_s) if agrees else inf
         if time_s - self._agrees_since_s >= AGREES_S:
-            self._stands_alone, self._speed.jumped = False, False
+            self._stands_alone = self._jumped = False
             self._doubt_since_s = self._agrees_since_s = inf
 
 

@@ -12,7 +12,6 @@ from math import inf
 from brake_monitor.monitoring.inputs.descent import ROLLS, STANDS, WHOLE, Descent
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
 from brake_monitor.monitoring.inputs.speed_bursts import SpeedBursts
-from brake_monitor.monitoring.inputs.speed_falls import SpeedFalls
 from brake_monitor.monitoring.inputs.turning import WATCHED_FROM_MPS, Turning
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
@@ -50,10 +49,9 @@ class WatchedWheelset:
         self._inertia_kgm2 = vehicle.wheelset_inertia_kgm2[i]
         self._stop_radps2_per_n = FORCE_DOUBT * LARGEST_FRICTION * vehicle.brake_radius_m[i] / self._inertia_kgm2
         self.holding = HoldingForce(vehicle, i, contact_force_n)
-        self.falls = SpeedFalls()
         self.bursts = SpeedBursts()
         self.descent = Descent()
-        self.turning = Turning(self.holding, self.falls, self.bursts)
+        self.turning = Turning(self.holding, self.bursts)
         self.hardest_mps2 = self._stop_radps2_per_n * UNTOLD_N * self.radius_m  # by which any brake may slow it down
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._fell_s = inf  # when it was read to stand since, while the vehicle's speed was not told
@@ -74,13 +72,13 @@ class WatchedWheelset:
             return
         omega_radps = abs(value)
         self.rolling_mps = rolling_mps = omega_radps * self.radius_m
-        if self.falls.speeds and rolling_mps > STANDS * speed_mps:
+        if self.bursts.lately and rolling_mps > STANDS * speed_mps:
             hardest_mps2 = self.hardest_mps2 * max(self.holding.largest_n / UNTOLD_N, 1.0)
             runs_mps = speed_mps if speed_mps >= STANDSTILL_MPS else 0.0
-            self.bursts.see(self.falls.speeds, (time_s, rolling_mps), runs_mps, hardest_mps2)
+            self.bursts.see((time_s, rolling_mps), runs_mps, hardest_mps2)
         else:
             self.bursts.forget()
-        self.falls.see(time_s, rolling_mps)
+        self.bursts.remember((time_s, rolling_mps))
         if time_s < self.stands_since_s < inf:  # the clock was set back
             self.stands_since_s = time_s
         if speed_mps < STANDSTILL_MPS:

@@ -48,7 +48,6 @@ class WheelWatch:
             self.watchers[Quantity.WHEEL_TORQUE, i] = wheel.holding.see_torque
         self._past = WagonPast(vehicle, contact_force_n)
         self._doubt = SpeedDoubt(speed, self._past, vehicle.wheelset_count)
-        self._mass_kg = vehicle.mass_kg
         self._contact_force_n = contact_force_n
         self._pressed = LastTime()  # any brake did
         self._demanded = LastTime()  # ... or slide protection acted
@@ -104,10 +103,9 @@ class WheelWatch:
 
     def _note(self, now: Estimate) -> None:
         time_s, wheels = now.time_s, self.wheels
-        if now.mass_kg != self._mass_kg:
-            self._mass_kg = now.mass_kg
-            for wheel in wheels:
-                wheel.holding.bear(now.mass_kg)
+        for wheel in wheels:
+            wheel.holding.bear(now.mass_kg)
+            wheel.holding.remember(time_s)
         forces_n = [now.wheelsets[i].pressing_force_n + wheel.holding.motor_force_n for i, wheel in enumerate(wheels)]
         self._past.note(now, sum(forces_n))
         pressed = max(forces_n) > self._contact_force_n
@@ -143,7 +141,7 @@ class WheelWatch:
     def _is_released(self, wheel: WatchedWheelset, now: Estimate) -> bool:
         """Whether all brakes say that they are, and have for longer than the rail needs to turn the wheelset again."""
         released_s = now.time_s - max(self._pressed.time_s, wheel.stands_since_s)
-        is_told = now.time_s - wheel.holding.noted_s < RELEASED_S
+        is_told = now.time_s - wheel.holding.told_s < RELEASED_S
         return is_told and released_s > RELEASED_S + wheel.turns_within_s(now.speed_mps)
 
     def _see_drag(self, wheel: WatchedWheelset, now: Estimate) -> None:
