@@ -57,14 +57,14 @@ class ForceWatch:
             self._retardation.forget_lately()
         self._speeds_were_good = speeds_are_good
         known = [measured[i] and force.state is not ForceState.CONTRADICTED for i, force in enumerate(self._forces)]
-        believed = [is_known and i not in frozen for i, is_known in enumerate(known)]
-        self._note(now, measured, believed)
+        self._note(now, measured, known)
         self.may_press_unseen = self._may_press_unseen(now, known)
         if speeds_are_good:
             for i, force in enumerate(self._forces):
                 if measured[i]:
                     force.see_slides(now, i, presses=self._brakes.pressing[i])
             if now.time_s - self._brakes.slid_s >= SETTLED_S and self._brakes.may_show:
+                believed = [is_known and i not in frozen for i, is_known in enumerate(known)]
                 judged = [i for i, told in enumerate(measured) if told and all(believed[:i] + believed[i + 1 :])]
                 self._judge_each(judged, now)
         states = tuple([force.state for force in self._forces])
