@@ -210,7 +210,9 @@ def test_what_is_long_past_or_comes_late_has_no_say(drive: dict[str, float]) -> 
 
 def test_a_drag_is_gone_when_the_wagon_rolls_on_its_gradient_as_it_did_before() -> None:
     search = HiddenDragSearch(CONTACT_N, LEAST_N)
-    search.resume(HiddenDrag(0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_deceleration_mps2=0.05, rolled_apart=0.0))
+    search.lasting[0] = HiddenDrag(
+        0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_deceleration_mps2=0.05, rolled_apart=0.0
+    )
     for k in range(150):
         search.see(rolling(k / 10, more_mps2=0.05), inputs_are_good=True)
     assert not search.lasting
@@ -256,7 +258,7 @@ def test_a_drag_lasts_until_the_wagon_rolls_without_either_trace(
         if restarts and time_s == AGAIN_S - 1.0:
             (drag,) = search.lasting.values()
             search = HiddenDragSearch(CONTACT_N, LEAST_N)
-            search.resume(drag)
+            search.lasting[drag.wheelset] = drag
     assert set(search.lasting) == ({0} if lasts else set())
 
 
@@ -267,7 +269,9 @@ def test_a_drag_that_was_told_before_tyres_were_turned_does_not_last_for_ever(tu
     A narrow curve does as much as a thousandth.
     """
     search = HiddenDragSearch(CONTACT_N, LEAST_N)
-    search.resume(HiddenDrag(0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_deceleration_mps2=0.0, rolled_apart=0.0))
+    search.lasting[0] = HiddenDrag(
+        0, DRAG_N, CREEP_PER_N * DRAG_N, 1e-5, rolled_deceleration_mps2=0.0, rolled_apart=0.0
+    )
     for k in range(150):
         search.see(rolling(k / 10, radius_m=(RADIUS_M, turned_to * RADIUS_M)), inputs_are_good=True)
     assert bool(search.lasting) is lasts

@@ -401,7 +401,7 @@ def test_it_lasts_until_the_wagon_has_rolled_so_far_without_it(restarts: bool) -
     assert search.lasting
     if restarts:
         (drag,), search = search.lasting.values(), LastingCreepSearch(CONTACT_N, LEAST_N)
-        search.resume(drag)
+        search.lasting[drag.wheelset] = drag
     seen(drive(freed_s + 50.0, shifts, from_s=freed_s), search)
     assert search.lasting
     seen(drive(freed_s + 100.0, shifts, from_s=freed_s + 50.0), search)
@@ -466,7 +466,7 @@ def test_a_restart_goes_on_with_each_that_drags() -> None:
     """One has been freed meanwhile."""
     search = LastingCreepSearch(CONTACT_N, LEAST_N)
     for i in (0, 3):
-        search.resume(CreepDrag(i, 8e-4, 0.0, 1000.0))
+        search.lasting[i] = CreepDrag(i, 8e-4, 0.0, 1000.0)
     (found_s, *_) = [now.time_s for now in drive(200.0, drags(8e3, 4, from_s=0.0)) if search.see(now, True)]
     assert found_s < 10.0
     assert search.lasting.keys() == {3}

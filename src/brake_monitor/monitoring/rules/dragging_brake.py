@@ -82,9 +82,9 @@ class DraggingBrake(Rule[DraggingBrakeRule]):
         if "others_pressing_force_n" in evidence or "least_speed_mps" in evidence:
             return None
         if told := _numbers(evidence, HiddenDrag._fields[1:]):
-            self._search.resume(HiddenDrag(i, *told))
+            self._search.lasting[i] = HiddenDrag(i, *told)
         elif told := _numbers(evidence, CreepDrag._fields[1:]):
-            self._long_search.resume(CreepDrag(i, *told))
+            self._long_search.lasting[i] = CreepDrag(i, *told)
         else:
             self._blocks.add(i)
         return MisledBy.DRAG

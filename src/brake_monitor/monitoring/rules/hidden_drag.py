@@ -111,10 +111,6 @@ class HiddenDragSearch:
             self._roll(now)
         return self._found
 
-    def resume(self, drag: HiddenDrag) -> None:
-        """Go on with a drag that an earlier run of the program has found."""
-        self.lasting[drag.wheelset] = drag
-
     def _brake(self, now: Estimate, all_press: bool, by_motors: bool) -> None:
         self._released_s = inf
         if self._lately:  # a new application, not one that was eased for a moment
@@ -173,12 +169,12 @@ class HiddenDragSearch:
         spans = ((self._before, LEAST_BEFORE_S), (self._braking, LEAST_BRAKING_S), (self._after, LEAST_AFTER_S))
         if any(not part or part[-1].now.time_s - part[0].now.time_s < least_s for part, least_s in spans):
             return None
-        if min([m.now.deceleration_mps2 for m in _shortly(self._before)]) < -PULLED_MPS2:
+        shortly_before = self._before[len(self._before) // 2 :]
+        if min([m.now.deceleration_mps2 for m in shortly_before]) < -PULLED_MPS2:
             return None  # as it brakes the pull ends, and the wagon retards by as much
-        force_n = mass_kg * _more_mps2(self._before, self._after)
-        if force_n < self._least_force_n:  # the usual case
-            return None
-        if min([mass_kg * _more_mps2(self._before, part) for part in _ends(self._after)]) < (1.0 - STEADY) * force_n:
+        rolled_mps2 = _mean_d(shortly_before)
+        force_n, *at_ends_n = [mass_kg * (_mean_d(m) - rolled_mps2) for m in (self._after, *_ends(self._after))]
+        if force_n < self._least_force_n or min(at_ends_n) < (1.0 - STEADY) * force_n:
             return None
         shifts = [_shift(i, self._before, self._after) for i in range(len(self._after[0].log_turns))]
         i = max(range(len(shifts)), key=lambda k: shifts[k][0])
@@ -186,7 +182,7 @@ class HiddenDragSearch:
         significant = shift > max(SIGNIFICANT_SIGMAS * std, LEAST_SHIFT)
         if significant and self._fits(shift, force_n, mass_kg) and self._is_alone(i, shift):
             apart = fmean([m.apart[i] for m in self._before])
-            return HiddenDrag(i, force_n, shift, std, _rolled_mps2(self._before), apart)
+            return HiddenDrag(i, force_n, shift, std, rolled_mps2, apart)
         return None
 
     def _fits(self, shift: float, force_n: float, mass_kg: float) -> bool:
@@ -211,19 +207,6 @@ class HiddenDragSearch:
         before_others, after_others = [_without(i, m) for m in self._before], [_without(i, m) for m in self._after]
         alike += zip(zip(*before_others, strict=True), zip(*after_others, strict=True), strict=True)
         return all(moved(early, late) <= STEADY * shift for early, late in alike)
-
-
-def _more_mps2(before: Sequence[_Moment], after: Sequence[_Moment]) -> float:
-    """By how much the wagon retards more than shortly before the application."""
-    return _mean_d(after) - _rolled_mps2(before)
-
-
-def _rolled_mps2(before: Sequence[_Moment]) -> float:
-    return _mean_d(_shortly(before))
-
-
-def _shortly(before: Sequence[_Moment]) -> Sequence[_Moment]:
-    return before[len(before) // 2 :]
 
 
 def _shift(i: int, before: Sequence[_Moment], after: Sequence[_Moment]) -> tuple[float, float]:

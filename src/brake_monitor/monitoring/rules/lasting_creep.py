@@ -79,10 +79,6 @@ class LastingCreepSearch:
         self._turns: list[tuple[float, ...]] = []
         self._block_s = self._block_m = 0.0
 
-    def resume(self, drag: CreepDrag) -> None:
-        """Go on with a drag that an earlier run of the program has found."""
-        self.lasting[drag.wheelset] = drag
-
     def see(self, now: Estimate, inputs_are_good: bool) -> CreepDrag | None:
         """Take an estimate; what has been found, while it shows."""
         step_s, self._time_s = now.time_s - self._time_s, now.time_s
