@@ -6,6 +6,7 @@ leave a trace, and what a watch remembers of the past is brought up to date when
 
 from bisect import bisect_left
 from collections.abc import Sequence
+from functools import cached_property
 
 import numpy as np
 
@@ -41,7 +42,6 @@ class BlockWatch:
         readings = [samples.good(PRESSING_FORCE, i) for i in forces.wheelsets]
         self._forces = _together([own.places for own in readings])
         self._pressed = _together([own.places[own.value > 0.0] for own in readings])
-        self._force_readings: list[ForceReading] | None = None
         self._samples = samples
         torques = [samples.good(WHEEL_TORQUE, i).places for i in range(len(self._wheels))]
         rises = self._speed.rises and all(wheel.rises for wheel in self._wheels)
@@ -64,7 +64,8 @@ class BlockWatch:
             if last >= 0 and places[last] >= begin:
                 flag.see(0.0, values[last])
         if not self._frozen.all_are_zero or bisect_left(self._pressed, begin) != bisect_left(self._pressed, end):
-            for reading in self._readings_of_forces(begin, end):
+            first, last = bisect_left(self._forces, begin), bisect_left(self._forces, end)
+            for reading in self._readings_of_forces[first:last]:
                 self._frozen.see(*reading)
 
     def settle(self) -> None:
@@ -74,12 +75,8 @@ class BlockWatch:
                 wheel.settle()
             self._is_ahead = False
 
-    def _readings_of_forces(self, begin: int, end: int) -> Sequence[ForceReading]:
-        if self._force_readings is None:
-            self._force_readings = self._all_readings_of_forces()
-        return self._force_readings[bisect_left(self._forces, begin) : bisect_left(self._forces, end)]
-
-    def _all_readings_of_forces(self) -> list[ForceReading]:
+    @cached_property
+    def _readings_of_forces(self) -> list[ForceReading]:
         samples, places = self._samples, self._forces
         wheelsets = np.array([channel.wheelset for channel in samples.channels])
         columns = (wheelsets[samples.channel[places]], samples.time_s[places], samples.value[places])

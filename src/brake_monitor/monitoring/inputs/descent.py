@@ -30,7 +30,7 @@ class Descent:
     def __init__(self) -> None:
         self._whole_s = self._rolled_s = self._half_s = -inf
         self._least_share = inf
-        self._last: tuple[float, float] | None = None  # reading since: time and share
+        self._share = 1.0  # at the last reading
         self._stood_s = inf
         self._falls_steadily = False
         self._readings = 0
@@ -40,27 +40,18 @@ class Descent:
         self._whole_s = self._whole_s if whole_s is None else whole_s
         self._rolled_s = self._half_s = time_s
         self._least_share, self._falls_steadily, self._readings = inf, True, 0
-        self._last, self._stood_s = None, inf
+        self._share, self._stood_s = 1.0, inf
 
     def see(self, time_s: float, share: float) -> None:
         """Take its circumferential speed over the vehicle's, which is less than `ROLLS`."""
         self._falls_steadily &= share < self._least_share + RISES
         self._least_share = min(self._least_share, share)
         self._readings += 1
-        if share > HALF:
+        if max(share, self._share) > HALF:
             self._half_s = time_s
-        elif self._last is not None and self._last[1] > HALF:
-            self._half_s = self._passed_s(HALF, time_s, share)
-        if share < STANDS and self._stood_s == inf:
-            self._stood_s = self._passed_s(STANDS, time_s, share)
-        self._last = time_s, share
-
-    def _passed_s(self, level: float, time_s: float, share: float) -> float:
-        """When its share was `level`, between the last reading and this one."""
-        if self._last is None or self._last[1] <= level:
-            return time_s
-        last_s, last_share = self._last
-        return last_s + (time_s - last_s) * (last_share - level) / (last_share - share)
+        if share < STANDS:
+            self._stood_s = min(self._stood_s, time_s)
+        self._share = share
 
     def is_a_wheels(self) -> bool:
         """Whether it has come to stand as nothing but a wheelset does."""

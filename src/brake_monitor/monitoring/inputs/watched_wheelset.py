@@ -89,9 +89,9 @@ class WatchedWheelset:
             self._see_alone(time_s, omega_radps, rolling_mps, whole_s)
             return
         if rolling_mps > ROLLS * speed_mps:
-            self.descent.rolls(time_s, whole_s)
-        else:
-            self.descent.see(time_s, rolling_mps / speed_mps)
+            self.turn_on(time_s, omega_radps, rolling_mps, whole_s)
+            return
+        self.descent.see(time_s, rolling_mps / speed_mps)
         if rolling_mps > TURNS_AGAIN * speed_mps:
             self.stands_since_s, self.decided = inf, None
         if rolling_mps > TURNS * speed_mps:
@@ -122,7 +122,7 @@ class WatchedWheelset:
         return 2.0 * self._inertia_kgm2 * TURNS_AGAIN * speed_mps / self.radius_m / self.holding.rail_nm
 
     def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float, whole_s: float | None) -> None:
-        """Take several speeds together at which it turns beyond doubt, the last one and the last that is `WHOLE`."""
+        """Take a speed at which it turns beyond doubt, or the last of several, and when one was last `WHOLE`."""
         self.descent.rolls(time_s, whole_s)
         self.rolling_mps, self._turned, self._fell_s = rolling_mps, (time_s, omega_radps), inf
         self._wagon_stood, self.stands_since_s, self.decided = False, inf, None

@@ -5,7 +5,7 @@ wheelsets, however, creep as much as their own brakes ask for.
 """
 
 from collections.abc import Sequence
-from math import hypot, inf
+from math import inf
 from statistics import mean
 
 from msgspec.structs import replace
@@ -15,7 +15,6 @@ from brake_monitor.monitoring.brake_units.application_record import ApplicationR
 from brake_monitor.monitoring.rules.agreed_shares import agreed_shares, lagging_shares
 from brake_monitor.monitoring.rules.creep_shares import CLEAR_SIGMAS, Share, creep_shares, mean_creep
 
-ALIKE_SIGMAS = 2.0  # of the noise
 OFF = 0.15  # of nominal: more than weather changes friction, so that something is wrong with a brake
 CULPRIT = 0.40  # of nominal
 STEEP = 1.5  # times the creep that others show under the same torque: towards the peak that grows faster than adhesion
@@ -93,10 +92,9 @@ def _last_shares(applications: Sequence[ApplicationRecord]) -> list[Share] | Non
 
 
 def _goes_on(lately: Sequence[Share], before: Sequence[Share]) -> bool:
-    """Whether what was lately is as before, for all that its noise lets one see, and shows at least half of it."""
-    pairs = list(zip(lately, before, strict=True))
-    is_alike = all(abs(now.value - then.value) <= ALIKE_SIGMAS * hypot(now.std, then.std) for now, then in pairs)
-    return is_alike and all((now.value - 1.0) / (then.value - 1.0) > 0.5 for now, then in pairs if then.is_apart)
+    """Whether what stood apart before shows lately at least by half of it."""
+    pairs = zip(lately, before, strict=True)
+    return all((now.value - 1.0) / (then.value - 1.0) > 0.5 for now, then in pairs if then.is_apart)
 
 
 def _in_different_places(applications: Sequence[ApplicationRecord]) -> list[ApplicationRecord]:
