@@ -98,8 +98,6 @@ def block(
 
 def state(judge: InputJudge) -> str:
     """All that the watches know."""
-    if judge._block_watch is not None:
-        judge._block_watch.settle()
     others = {"_vehicle_speed", "_protection", "holding", "bursts", "descent", "turning"}
     wheels = [
         (

@@ -502,7 +502,7 @@ def test_a_wheel_speed_that_misses_teeth_for_a_moment_tells_of_no_slide() -> Non
     states = states_of_a_wheelset_that_falls(lambda t: 0.6 if 10.0 <= t < 10.3 else 1.0)
     assert WheelState.SLIDING not in states
     assert set(states[:100]) == set(states[410:]) == {WheelState.ROLLING}
-    assert set(states[101:400]) == {WheelState.CONTRADICTED}
+    assert set(states[102:400]) == {WheelState.CONTRADICTED}
 
 
 def test_a_wheel_speed_that_reads_low_from_one_reading_to_the_next_is_not_believed_until_it_is_back() -> None:

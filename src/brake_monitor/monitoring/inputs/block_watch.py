@@ -1,7 +1,7 @@
 """Shows the samples of a block to what watches them: many at once where nothing happens.
 
 That is the usual case: wheelsets turn, brakes and flags are released. Of a stretch of such samples only the last ones
-leave a trace, and what a watch remembers of the past is brought up to date when it next looks at a sample by itself.
+leave a trace.
 """
 
 from bisect import bisect_left
@@ -15,7 +15,6 @@ from brake_monitor.decoding.sample_block import GoodSamples, SampleBlock
 from brake_monitor.monitoring.inputs.descent import ROLLS, WHOLE
 from brake_monitor.monitoring.inputs.flag_watch import FlagWatch
 from brake_monitor.monitoring.inputs.frozen_forces import ForceReading, FrozenForces
-from brake_monitor.monitoring.inputs.speed_bursts import BEFORE_S, ROUNDING_S, may_be_bursts
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.watched_wheelset import STANDSTILL_MPS, WatchedWheelset
 from brake_monitor.monitoring.inputs.wheel_watch import WheelWatch
@@ -47,7 +46,6 @@ class BlockWatch:
         rises = self._speed.rises and all(wheel.rises for wheel in self._wheels)
         odd = [*torques, *(wheel.odd for wheel in self._wheels)] if rises else [np.arange(len(samples))]
         self._odd = _together(odd)
-        self._is_ahead = False
 
     def are_ordinary(self, begin: int, end: int) -> bool:
         """Whether the samples in these places may be taken together."""
@@ -55,25 +53,17 @@ class BlockWatch:
 
     def pass_over(self, begin: int, end: int) -> None:
         """Take the samples in these places, which are ordinary."""
-        self._is_ahead = True
         self._speed.pass_over(begin, end)
         for wheel in self._wheels:
             wheel.pass_over(begin, end)
         for flag, places, values in self._flags:
-            last = bisect_left(places, end) - 1
-            if last >= 0 and places[last] >= begin:
+            last = _last(places, begin, end)
+            if last is not None:
                 flag.see(0.0, values[last])
         if not self._frozen.all_are_zero or bisect_left(self._pressed, begin) != bisect_left(self._pressed, end):
             first, last = bisect_left(self._forces, begin), bisect_left(self._forces, end)
             for reading in self._readings_of_forces[first:last]:
                 self._frozen.see(*reading)
-
-    def settle(self) -> None:
-        """Let the watches know what was, before they look at a sample by itself."""
-        if self._is_ahead:
-            for wheel in self._wheels:
-                wheel.settle()
-            self._is_ahead = False
 
     @cached_property
     def _readings_of_forces(self) -> list[ForceReading]:
@@ -102,18 +92,18 @@ class _SpeedBlock:
         return before
 
     def pass_over(self, begin: int, end: int) -> None:
-        places = self._listed_places
-        last = bisect_left(places, end) - 1
-        if last >= 0 and places[last] >= begin:
+        last = _last(self._listed_places, begin, end)
+        if last is not None:
             self._speed.see(self._times_s.item(last), self._mps.item(last + 1))
 
 
 class _WheelBlock:
-    """Speed and pressing force of one wheelset in a block, after the speeds that it remembers."""
+    """Speed and pressing force of one wheelset in a block."""
 
     def __init__(self, wheel: WatchedWheelset, speeds: GoodSamples, forces: GoodSamples, vehicle: _SpeedBlock) -> None:
         self._wheel = wheel
-        self._speeds, self._forces = _Passing(speeds), _Passing(forces)
+        self._places: list[int] = speeds.places.tolist()
+        self._force_places: list[int] = forces.places.tolist()
         omega_radps = np.abs(speeds.value)
         rolling_mps = omega_radps * wheel.radius_m
         vehicle_mps = vehicle.before(speeds.places)
@@ -121,67 +111,35 @@ class _WheelBlock:
         turns = (vehicle_mps >= STANDSTILL_MPS) & (rolling_mps > np.maximum(ROLLS * vehicle_mps, STANDSTILL_MPS))
         is_odd = ~(stands | turns)
         is_odd[1:] |= stands[1:] != stands[:-1]
-        before = np.array(wheel.bursts.lately).reshape(-1, 2)
-        time_s = np.concatenate((before[:, 0], speeds.time_s))
-        runs_mps = np.concatenate((np.zeros(len(before)), np.where(stands, 0.0, vehicle_mps)))
-        goes_on_below = wheel.bursts.goes_on_below(speeds.time_s)
-        all_mps = np.concatenate((before[:, 1], rolling_mps))
-        is_odd |= may_be_bursts(time_s, all_mps, runs_mps, wheel.hardest_mps2, goes_on_below)[len(before) :]
-        is_odd[: wheel.bursts.awaits(speeds.time_s)] = True
-        self.odd = speeds.places[is_odd]  # it neither turns nor stands with the wagon, falls, or differs from before
+        time_s = np.concatenate(([wheel.read_s], speeds.time_s))
+        self.odd = speeds.places[is_odd]  # it neither turns nor stands with the wagon, or differs from before
         self.rises = bool((time_s[1:] >= time_s[:-1]).all())  # else all are looked at singly
         is_whole = rolling_mps >= WHOLE * vehicle_mps
         self._whole_places: list[int] = speeds.places[is_whole].tolist()
         self._whole_s = speeds.time_s[is_whole]
         self._stands = stands
         self._omega_radps, self._rolling_mps = omega_radps, rolling_mps
-        self._forces_n = forces.value
+        self._times_s, self._force_times_s, self._forces_n = speeds.time_s, forces.time_s, forces.value
 
     def pass_over(self, begin: int, end: int) -> None:
-        last = self._speeds.pass_over(begin, end)
+        last = _last(self._places, begin, end)
         if last is not None:
+            time_s, omega_radps = self._times_s.item(last), self._omega_radps.item(last)
             if self._stands[last]:
-                self._wheel.stand_on(self._rolling_mps.item(last))
+                self._wheel.stand_on(time_s, self._rolling_mps.item(last))
             else:
-                time_s, omega_radps = self._speeds.times_s.item(last), self._omega_radps.item(last)
                 whole = bisect_left(self._whole_places, end) - 1
                 whole_s = self._whole_s.item(whole) if whole >= 0 and self._whole_places[whole] >= begin else None
                 self._wheel.turn_on(time_s, omega_radps, self._rolling_mps.item(last), whole_s)
-        last = self._forces.pass_over(begin, end)
+        last = _last(self._force_places, begin, end)
         if last is not None:
-            self._wheel.holding.see_force(self._forces.times_s.item(last), self._forces_n.item(last))
-
-    def settle(self) -> None:
-        """Let the wheelset remember what was passed over."""
-        if speeds := self._speeds.settle():
-            times_s, rolling_mps = self._speeds.times_s[speeds], self._rolling_mps[speeds]
-            self._wheel.bursts.remember(*zip(times_s.tolist(), rolling_mps.tolist(), strict=True))
+            self._wheel.holding.see_force(self._force_times_s.item(last), self._forces_n.item(last))
 
 
-class _Passing:
-    """How far the readings of one channel have been passed over."""
-
-    def __init__(self, readings: GoodSamples) -> None:
-        self._places: list[int] = readings.places.tolist()
-        self.times_s = readings.time_s
-        self._first: int | None = None  # of those passed over that nobody remembers yet
-        self._end = 0
-
-    def pass_over(self, begin: int, end: int) -> int | None:
-        """Pass over the readings among these samples; which one is the last, None: there is none."""
-        first, self._end = bisect_left(self._places, begin), bisect_left(self._places, end)
-        if first == self._end:
-            return None
-        self._first = first if self._first is None else self._first
-        return self._end - 1
-
-    def settle(self) -> slice | None:
-        """Those of them that are still to be remembered: of the last BEFORE_S, and two more."""
-        if self._first is None:
-            return None
-        kept = int(np.searchsorted(self.times_s, self.times_s[self._end - 1] - BEFORE_S - ROUNDING_S)) - 2
-        first, self._first = max(self._first, kept), None
-        return slice(first, self._end)
+def _last(places: Sequence[int], begin: int, end: int) -> int | None:
+    """Which of these places is the last one among the samples from one to before another; None: there is none."""
+    last = bisect_left(places, end) - 1
+    return last if last >= 0 and places[last] >= begin else None
 
 
 def _together(places: Sequence[Ints]) -> list[int]:

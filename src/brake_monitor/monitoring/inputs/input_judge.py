@@ -79,8 +79,6 @@ class InputJudge:
 
     def see(self, sample: Sample) -> None:
         """Take a sample as it was decoded."""
-        if self._block_watch is not None:
-            self._block_watch.settle()
         time_s, quantity, wheelset, value, quality = sample
         measurand = (quantity, wheelset)
         if quality is GOOD:
@@ -106,8 +104,6 @@ class InputJudge:
             self.see(sample)
 
     def _begin(self, samples: SampleBlock) -> None:
-        if self._block_watch is not None:
-            self._block_watch.settle()
         self._block = samples
         self._block_watch = BlockWatch(samples, self._frozen, self._wheels, self._flags)
 

@@ -9,6 +9,7 @@ slowly and evenly has mass, whatever its brake says (`Descent`).
 from enum import StrEnum
 from math import inf
 
+from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.monitoring.inputs.descent import ROLLS, STANDS, WHOLE, Descent
 from brake_monitor.monitoring.inputs.holding_force import HoldingForce
 from brake_monitor.monitoring.inputs.speed_bursts import SpeedBursts
@@ -52,12 +53,12 @@ class WatchedWheelset:
         self.bursts = SpeedBursts()
         self.descent = Descent()
         self.turning = Turning(self.holding, self.bursts)
-        self.hardest_mps2 = self._stop_radps2_per_n * UNTOLD_N * self.radius_m  # by which any brake may slow it down
+        self._hardest_mps2 = self._stop_radps2_per_n * UNTOLD_N * self.radius_m  # by which any brake may slow it down
         self._turned: tuple[float, float] | None = None  # (time, rad/s) of the last reading that turns beyond doubt
         self._fell_s = inf  # when it was read to stand since, while the vehicle's speed was not told
         self._wagon_stood = False
         self.unseen = Origin.UNSEEN  # how it came to stand before this run began, as an earlier one has told
-        self.rolling_mps = 0.0
+        self.read_s, self.rolling_mps = -inf, 0.0  # the last reading
         self.stands_since_s = inf
         self.origin = Origin.UNSEEN
         self.decided: WheelState | None = None  # of one that stands
@@ -71,18 +72,12 @@ class WatchedWheelset:
         if speed_mps is None:
             return
         omega_radps = abs(value)
-        self.rolling_mps = rolling_mps = omega_radps * self.radius_m
-        if self.bursts.lately and rolling_mps > STANDS * speed_mps:
-            hardest_mps2 = self.hardest_mps2 * max(self.holding.largest_n / UNTOLD_N, 1.0)
-            runs_mps = speed_mps if speed_mps >= STANDSTILL_MPS else 0.0
-            self.bursts.see((time_s, rolling_mps), runs_mps, hardest_mps2)
-        else:
-            self.bursts.forget()
-        self.bursts.remember((time_s, rolling_mps))
+        self.read_s, self.rolling_mps = time_s, omega_radps * self.radius_m
+        rolling_mps = self.rolling_mps
         if time_s < self.stands_since_s < inf:  # the clock was set back
             self.stands_since_s = time_s
         if speed_mps < STANDSTILL_MPS:
-            self._stand()
+            self.stand_on(time_s, rolling_mps)
             return
         whole_s = time_s if rolling_mps >= WHOLE * speed_mps else None
         if time_s - self._vehicle_speed.time_s > TOLD_S:
@@ -100,6 +95,16 @@ class WatchedWheelset:
             self.stands_since_s = time_s
             self.origin = self._how(time_s, omega_radps)
             self.drops += self.origin is Origin.DROPPED and not self.fell_at_a_crawl
+
+    def note(self, now: Estimate) -> None:
+        """Remember, at each observation, what has been read last."""
+        self.holding.bear(now.mass_kg)
+        self.holding.remember(now.time_s)
+        if self.read_s > -inf:
+            speed_mps = self._vehicle_speed.mps or 0.0
+            runs_mps = speed_mps if speed_mps >= STANDSTILL_MPS else 0.0
+            hardest_mps2 = self._hardest_mps2 * max(self.holding.largest_n / UNTOLD_N, 1.0)
+            self.bursts.see(self.read_s, self.rolling_mps, runs_mps, hardest_mps2)
 
     def _see_alone(self, time_s: float, omega_radps: float, rolling_mps: float, whole_s: float | None) -> None:
         """Take one beside which nothing is known of the vehicle's speed."""
@@ -124,15 +129,13 @@ class WatchedWheelset:
     def turn_on(self, time_s: float, omega_radps: float, rolling_mps: float, whole_s: float | None) -> None:
         """Take a speed at which it turns beyond doubt, or the last of several, and when one was last `WHOLE`."""
         self.descent.rolls(time_s, whole_s)
-        self.rolling_mps, self._turned, self._fell_s = rolling_mps, (time_s, omega_radps), inf
+        self.read_s, self.rolling_mps = time_s, rolling_mps
+        self._turned, self._fell_s = (time_s, omega_radps), inf
         self._wagon_stood, self.stands_since_s, self.decided = False, inf, None
 
-    def stand_on(self, rolling_mps: float) -> None:
-        """Take several speeds together while the wagon stands, of which this is the last."""
-        self.rolling_mps = rolling_mps
-        self._stand()
-
-    def _stand(self) -> None:
+    def stand_on(self, time_s: float, rolling_mps: float) -> None:
+        """Take a speed while the wagon stands, or the last of several."""
+        self.read_s, self.rolling_mps = time_s, rolling_mps
         self._wagon_stood = True
         if self.decided is None:
             self.stands_since_s = inf

@@ -104,8 +104,7 @@ class WheelWatch:
     def _note(self, now: Estimate) -> None:
         time_s, wheels = now.time_s, self.wheels
         for wheel in wheels:
-            wheel.holding.bear(now.mass_kg)
-            wheel.holding.remember(time_s)
+            wheel.note(now)
         forces_n = [now.wheelsets[i].pressing_force_n + wheel.holding.motor_force_n for i, wheel in enumerate(wheels)]
         self._past.note(now, sum(forces_n))
         pressed = max(forces_n) > self._contact_force_n
