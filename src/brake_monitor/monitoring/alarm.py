@@ -20,10 +20,7 @@ class Severity(StrEnum):
     @property
     def rank(self) -> int:
         """Greater is graver."""
-        return _ORDER.index(self)
-
-
-_ORDER = tuple(Severity)
+        return list(Severity).index(self)
 
 
 def number_in(evidence: Values, name: str, otherwise: float = 0.0) -> float:

@@ -80,7 +80,8 @@ class AlarmCycle:
         self._since_s, self._latches, self._weight = inf, verdict.latches, -inf
         self._begun_s = self._given_s = now.time_s
         comes_back = now.time_s - self._cleared_s < SOON_S and not self._is_event
-        self._clear_s = self._longer_clear_s() if comes_back else self._settings.clear_s
+        longer_s = min(2.0 * self._clear_s, LONGEST_CLEAR_S) if comes_back else 0.0
+        self._clear_s = max(self._settings.clear_s, longer_s)
         name = self.kind if self.wheelset is None else f"{self.kind}-{self.wheelset}"
         self.open = self._given = Alarm(
             id=f"{name}-{round(now.clock_s * 1000)}",
@@ -107,9 +108,6 @@ class AlarmCycle:
             return None
         self._since_s, self.open, self._cleared_s = inf, None, now.time_s
         return replace(alarm, updated_time_s=now.clock_s, cleared_time_s=now.clock_s)
-
-    def _longer_clear_s(self) -> float:
-        return max(self._settings.clear_s, min(2.0 * self._clear_s, LONGEST_CLEAR_S))
 
     def _update(self, alarm: Alarm, now: Estimate, finding: Finding) -> Alarm | None:
         """Keep the weightiest of what is not less grave than before, or the newest, or all that is left of it."""

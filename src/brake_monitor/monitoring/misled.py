@@ -8,7 +8,7 @@ from enum import StrEnum
 
 from msgspec.structs import replace
 
-from brake_monitor.estimation.estimate import Estimate, Status, WheelsetEstimate
+from brake_monitor.estimation.estimate import Estimate, Status
 
 
 class MisledBy(StrEnum):
@@ -28,16 +28,16 @@ def qualified(estimate: Estimate, misled_by: Collection[MisledBy]) -> Estimate:
     """The estimate, in which what is misled is no longer called valid."""
     if not misled_by:
         return estimate
-    wheelsets = tuple([_qualified(wheelset) for wheelset in estimate.wheelsets])
+    wheelsets = tuple(
+        [
+            replace(own, friction_status=_doubted(own.friction_status), adhesion_status=_doubted(own.adhesion_status))
+            for own in estimate.wheelsets
+        ]
+    )
     reasons = tuple([reason for reason in OF_ADHESION if reason in misled_by])
     if not reasons or estimate.status is not Status.VALID:
         return replace(estimate, wheelsets=wheelsets)
     return replace(estimate, wheelsets=wheelsets, status=Status.CONVERGING, reasons=reasons)
-
-
-def _qualified(wheelset: WheelsetEstimate) -> WheelsetEstimate:
-    friction, adhesion = _doubted(wheelset.friction_status), _doubted(wheelset.adhesion_status)
-    return replace(wheelset, friction_status=friction, adhesion_status=adhesion)
 
 
 def _doubted(status: Status) -> Status:

@@ -38,15 +38,15 @@ class Rate(Struct, frozen=True):
     value: float
     std: float
 
-    def calibrated(self, loss: "Loss", least: float, greatest: float, fleet_std: float) -> "Rate":
-        """The rate, given also what was lost: both weighted by their variances.
+    def calibrated(self, shown: "Rate | None", least: float, greatest: float, fleet_std: float) -> "Rate":
+        """The rate, given also what a loss has shown, if anything: both weighted by their variances.
 
         No rate is learned where no pad loses as much or as little: the monitor was off, or a reading is wrong. One that
         contradicts what was known leaves it in doubt, at most as much as before anything was measured (`fleet_std`).
         """
-        if loss.use <= 0.0:
+        if shown is None:
             return self
-        measured, measured_std = loss.lost / loss.use, loss.std / loss.use
+        measured, measured_std = shown.value, shown.std
         if not least - POSSIBLE_SIGMAS * measured_std <= measured <= greatest + POSSIBLE_SIGMAS * measured_std:
             return self
         weight = self.std**2 / (self.std**2 + measured_std**2)
@@ -54,14 +54,6 @@ class Rate(Struct, frozen=True):
         known_std = max(self.std * (1.0 - weight) ** 0.5, LEAST_RELATIVE_STD * value)
         disagreed = sqrt(max((measured - self.value) ** 2 - self.std**2 - measured_std**2, 0.0))
         return Rate(value, max(min(hypot(known_std, DISAGREED * disagreed), fleet_std), known_std))
-
-
-class Loss(Struct, frozen=True):
-    """What pads have lost, with its standard deviation, and what a rate of 1 would have taken away."""
-
-    lost: float
-    std: float
-    use: float
 
 
 class PadWear(Struct, frozen=True):
@@ -124,8 +116,11 @@ class PadWear(Struct, frozen=True):
         least = settings.least_specific_wear_cm3_per_mj
         greatest = settings.greatest_specific_wear_cm3_per_mj
         used = self.since_gauge if self.is_noted else PadUse()
-        by_energy = Loss(lost_mm, lost_std_mm, energy_loss_mm(used.energy_j, 1.0, settings))
-        by_archard = Loss(lost_mm, lost_std_mm, archard_loss_mm(used.force_travel_nm, 1.0, settings))
+        by_rates_of_1_mm = (
+            energy_loss_mm(used.energy_j, 1.0, settings),
+            archard_loss_mm(used.force_travel_nm, 1.0, settings),
+        )
+        by_energy, by_archard = [Rate(lost_mm / mm, lost_std_mm / mm) if mm > 0.0 else None for mm in by_rates_of_1_mm]
         archard_per_energy = settings.archard_mm3_per_nm / settings.specific_wear_cm3_per_mj
         fleet_std = settings.specific_wear_std_cm3_per_mj
         return replace(

@@ -20,14 +20,11 @@ def has_died(i: int, brakes: PressedBrakes, nominal: NominalBrakes, mass_kg: flo
     others = [pair for k, pair in enumerate(zip(before.forces_n, now.forces_n, strict=True)) if k != i]
     if any(abs(now_n - before_n) > OTHERS_CHANGED * max(now_n, before_n) for before_n, now_n in others):
         return False
-    by_each_mps2 = [nominal.retardation_mps2(k, force_n, mass_kg) for k, force_n in enumerate(before.forces_n)]
-    if before.total_mps2 < SHOWED * sum(by_each_mps2):
+    before_mps2 = nominal.all_mps2(before.forces_n, mass_kg)
+    if before.total_mps2 < SHOWED * before_mps2:
         return False
-    expected_mps2 = by_each_mps2[i]
-    more_mps2 = 0.0  # by the others than before
-    for k, before_n in enumerate(before.forces_n):
-        if k != i:
-            more_mps2 += nominal.retardation_mps2(k, now.forces_n[k] - before_n, mass_kg)
+    expected_mps2 = nominal.retardation_mps2(i, before.forces_n[i] - now.forces_n[i], mass_kg)
+    more_mps2 = nominal.all_mps2(now.forces_n, mass_kg) - before_mps2 + expected_mps2  # by the others than before
     told = [past.total_mps2 for past in brakes.past if past.total_mps2 is not None]
     missing_mps2 = max(told) + more_mps2 - now.total_mps2  # these means follow a brake that has just come on
     return expected_mps2 > LEAST_RETARDATION_MPS2 and missing_mps2 < WORKS * expected_mps2

@@ -33,7 +33,7 @@ class ForceByRetardation:
         """Note what all brakes make of their forces, while all press steadily."""
         by_brakes_mps2 = self._retardation.by_brakes_mps2
         if by_brakes_mps2 is not None and not self._retardation.is_pulled:
-            self._usual.add(by_brakes_mps2 / self._nominal_mps2(now.forces_n, now))
+            self._usual.add(by_brakes_mps2 / self._nominal.all_mps2(now.forces_n, now.mass_kg))
 
     def share(self, i: int, as_if_n: float, pressing: Sequence[bool], now: Estimate) -> ShownShare | None:
         """Of brake i, over what `as_if_n` would do; None where that cannot be told.
@@ -43,9 +43,9 @@ class ForceByRetardation:
         in_doubt = [i] if pressing[i] else [k for k, presses in enumerate(pressing) if not presses]
         forces_n = [0.0 if k in in_doubt else own_n for k, own_n in enumerate(now.forces_n)]
         usual = min(max(self._usual.value, LEAST_USUAL), MOST_USUAL)
-        rest_mps2 = usual * self._nominal_mps2(forces_n, now)
+        rest_mps2 = usual * self._nominal.all_mps2(forces_n, now.mass_kg)
         unseen_n = [as_if_n if k in in_doubt else 0.0 for k in range(len(forces_n))]
-        expected_mps2 = usual * self._nominal_mps2(unseen_n, now)
+        expected_mps2 = usual * self._nominal.all_mps2(unseen_n, now.mass_kg)
         by_brakes_mps2 = self._retardation.by_brakes_mps2
         if by_brakes_mps2 is None or self._retardation.is_pulled:
             return None
@@ -53,6 +53,3 @@ class ForceByRetardation:
         if rest_mps2 > GREATEST_REST * expected_mps2:
             std_mps2 = hypot(std_mps2, FRICTION_STD * rest_mps2)
         return ShownShare((by_brakes_mps2 - rest_mps2) / expected_mps2, std_mps2 / expected_mps2)
-
-    def _nominal_mps2(self, forces_n: Sequence[float], now: Estimate) -> float:
-        return sum(self._nominal.retardation_mps2(k, force_n, now.mass_kg) for k, force_n in enumerate(forces_n))
