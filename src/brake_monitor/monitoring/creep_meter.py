@@ -56,7 +56,7 @@ class CreepMeter:
         self._seen: Estimate | None = None
         self._time_s = -inf
         self._driven = LastTime()  # a motor had a part in it
-        self._held_s = -inf  # when it last did not roll freely, or was not known to
+        self._held = LastTime()  # it did not roll freely, or was not known to
         self._rolled_s = -inf  # when it last rolled freely
         self._own_noise_s: list[float] = []  # of the logarithm of each wheelset's omega / v, as in `Creep`
         self._lately: list[float] = []  # of each omega / v, about a second's mean ...
@@ -80,8 +80,7 @@ class CreepMeter:
         self._driven.see(now.time_s, is_driven)
         is_braked = max(now.forces_n) >= self._free_force_n
         slides = now.saturated or max([own.slip for own in now.wheelsets]) > SLIDING_SLIP  # that of a lost speed, too
-        if is_braked or is_driven or slides or step_s < 0.0 or not all(known):
-            self._held_s = now.time_s
+        self._held.see(now.time_s, is_braked or is_driven or slides or not all(known))
         if now.time_s - self._rolled_s > TURNED_S:
             self._free_s = 0.0
         if now.speed_mps < LEAST_SPEED_MPS or not 0.0 < step_s <= LONGEST_STEP_S:
@@ -92,7 +91,7 @@ class CreepMeter:
         self._lately_s += step_s
         share = max(1.0 - exp(-step_s / AVERAGE_S), step_s / self._lately_s)
         self._lately = nearer(self._lately or ratios, ratios, share)
-        if now.time_s - self._held_s > ROLLING_AGAIN_S:
+        if now.time_s - self._held.time_s > ROLLING_AGAIN_S:
             self._rolled_s = now.time_s
             self._free_s = min(self._free_s + step_s, REFERENCE_S)
             share = step_s / self._free_s

@@ -108,7 +108,7 @@ class _WheelBlock:
         rolling_mps = omega_radps * wheel.radius_m
         vehicle_mps = vehicle.before(speeds.places)
         stands = vehicle_mps < STANDSTILL_MPS
-        turns = (vehicle_mps >= STANDSTILL_MPS) & (rolling_mps > np.maximum(ROLLS * vehicle_mps, STANDSTILL_MPS))
+        turns = rolling_mps > np.maximum(ROLLS * vehicle_mps, STANDSTILL_MPS)
         is_odd = ~(stands | turns)
         is_odd[1:] |= stands[1:] != stands[:-1]
         time_s = np.concatenate(([wheel.read_s], speeds.time_s))
@@ -128,8 +128,8 @@ class _WheelBlock:
             if self._stands[last]:
                 self._wheel.stand_on(time_s, self._rolling_mps.item(last))
             else:
-                whole = bisect_left(self._whole_places, end) - 1
-                whole_s = self._whole_s.item(whole) if whole >= 0 and self._whole_places[whole] >= begin else None
+                whole = _last(self._whole_places, begin, end)
+                whole_s = None if whole is None else self._whole_s.item(whole)
                 self._wheel.turn_on(time_s, omega_radps, self._rolling_mps.item(last), whole_s)
         last = _last(self._force_places, begin, end)
         if last is not None:

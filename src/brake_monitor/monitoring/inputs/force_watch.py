@@ -63,7 +63,7 @@ class ForceWatch:
             for i, force in enumerate(self._forces):
                 if measured[i]:
                     force.see_slides(now, i, presses=self._brakes.pressing[i])
-            if now.time_s - self._brakes.slid_s >= SETTLED_S and self._brakes.may_show:
+            if now.time_s - self._brakes.slid.time_s >= SETTLED_S and self._brakes.may_show:
                 believed = [is_known and i not in frozen for i, is_known in enumerate(known)]
                 judged = [i for i, told in enumerate(measured) if told and all(believed[:i] + believed[i + 1 :])]
                 self._judge_each(judged, now)
@@ -101,7 +101,7 @@ class ForceWatch:
         brakes, forces_n = self._brakes, now.forces_n
         if all(brakes.pressing) or not all(known):
             return False
-        is_early = now.time_s - brakes.changed_s < SHOWN_S and now.time_s - brakes.slid_s >= SETTLED_S
+        is_early = now.time_s - brakes.changed.time_s < SHOWN_S and now.time_s - brakes.slid.time_s >= SETTLED_S
         has_begun = now.time_s - brakes.applied_s < SHOWN_S
         return any(
             not brakes.pressing[i]

@@ -25,8 +25,7 @@ class HoldingForce:
         self.motor_force_n = 0.0  # with which pads would brake at the least as the motor does
         self.driven_s = -inf  # when the motor last drove it
         self.told_s = -inf  # when either was last told
-        self._lately: deque[tuple[float, float]] = deque()  # (time, what both press like) at the last observations ...
-        self._largest_n = 0.0  # ... and the largest of these
+        self._lately: deque[tuple[float, float]] = deque()  # (time, what both press like) at the last observations
 
     def bear(self, mass_kg: float) -> None:
         """Note the mass of the wagon."""
@@ -41,7 +40,7 @@ class HoldingForce:
     @property
     def largest_n(self) -> float:
         """The largest that may have stopped the wheelset just now."""
-        return max(self._largest_n, self.pressing_force_n + self.motor_force_n)
+        return max([self.pressing_force_n + self.motor_force_n, *[force_n for _, force_n in self._lately]])
 
     def see_force(self, time_s: float, pressing_force_n: float) -> None:
         """Take a good reading."""
@@ -59,4 +58,3 @@ class HoldingForce:
         lately.append((time_s, self.pressing_force_n + self.motor_force_n))
         while time_s - lately[0][0] > CAUSE_S or lately[0][0] > time_s:
             lately.popleft()
-        self._largest_n = max([force_n for _, force_n in lately])

@@ -9,6 +9,7 @@ from msgspec import Struct
 from brake_monitor.estimation.core.prediction import PAUSE_S
 from brake_monitor.estimation.core.regime_watch import PRESSES_N
 from brake_monitor.estimation.estimate import Estimate
+from brake_monitor.monitoring.passing_time import LastTime
 
 REMEMBERED_S = 2.7  # for so long, until the mean retardation tells of a force that fell: see `fallen_force`
 STEADY_S = 1.8  # the same brakes have pressed for this long: speeds and creep have settled
@@ -31,8 +32,8 @@ class PressedBrakes:
         self.contact_force_n = contact_force_n
         self.past: deque[Moment] = deque()  # of the last seconds, the oldest first
         self.pressing: tuple[bool, ...] = ()
-        self.changed_s = -inf  # when one came to press, or ceased to
-        self.slid_s = -inf  # when any wheelset last slid
+        self.changed = LastTime()  # one came to press, or ceased to
+        self.slid = LastTime()  # any wheelset did
         self.applied_s = -inf  # when brakes came on after all had been released
         self.have_pressed = [False] * count  # since then
         self._pressed_s = -inf  # when any last pressed
@@ -41,18 +42,15 @@ class PressedBrakes:
         """Take an observation; the brakes that came to press, or ceased to."""
         if self.past and self.past[-1].time_s > now.time_s:  # the clock was set back
             self.past.clear()
-            self.slid_s = self.changed_s = now.time_s
         self.past.append(moment)
         while now.time_s - self.past[0].time_s > REMEMBERED_S:
             self.past.popleft()
-        if now.saturated or now.protection_acts:
-            self.slid_s = now.time_s
+        self.slid.see(now.time_s, now.saturated or now.protection_acts)
         pressing = tuple([force_n >= self.contact_force_n for force_n in moment.forces_n])
         if any(pressing):
             self._note_application(now.time_s, pressing)
-        before = self.pressing
-        if pressing != before:
-            self.pressing, self.changed_s = pressing, now.time_s
+        before, self.pressing = self.pressing, pressing
+        self.changed.see(now.time_s, pressing != before)
         return [i for i, (was, presses) in enumerate(zip(before, pressing, strict=False)) if was is not presses]
 
     def _note_application(self, time_s: float, pressing: tuple[bool, ...]) -> None:
@@ -66,7 +64,7 @@ class PressedBrakes:
     @property
     def are_the_same(self) -> bool:
         """Whether none has come to press, or ceased to, for so long that speeds and creep have settled."""
-        return self.past[-1].time_s - self.changed_s >= STEADY_S
+        return self.past[-1].time_s - self.changed.time_s >= STEADY_S
 
     @property
     def are_steady(self) -> bool:
