@@ -41,7 +41,6 @@ class ForceWatch:
         self._brakes = PressedBrakes(self._contact_force_n, count)
         self._forces = [WatchedForce() for _ in range(count)]
         self._speeds_were_good = True
-        self._measured: Sequence[bool] = ()  # as of the last observation
         self.may_press_unseen = False  # a brake, while the others press by their sensors: nothing has shown yet
         self.idle = frozenset[int]()  # wheelsets whose brakes have shown to do nothing, and have not pressed since
 
@@ -85,9 +84,7 @@ class ForceWatch:
             is_free = max(now.forces_n) < self._contact_force_n and not now.a_motor_acts and all(known)
             self._retardation.see(now, rolls_freely=is_free)
         total_mps2 = None if now.a_motor_acts else self._retardation.total_mps2
-        told = [is_told and was for is_told, was in zip(measured, self._measured or measured, strict=True)]
-        self._measured = measured
-        changed = self._brakes.note(now, Moment(now.time_s, now.forces_n, told, total_mps2))
+        changed = self._brakes.note(now, Moment(now.time_s, now.forces_n, measured, total_mps2))
         if changed:
             self._by_creep.begin()
         for i in changed:

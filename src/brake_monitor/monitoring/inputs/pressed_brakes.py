@@ -21,7 +21,7 @@ class Moment(Struct, frozen=True):
 
     time_s: float
     forces_n: tuple[float, ...]
-    told: Sequence[bool]  # whether each was measured then and at the observation before: else it is what was held
+    told: Sequence[bool]  # whether each was measured then: else it is what was held
     total_mps2: float | None  # retardation, mean before; None while motors have a part in it
 
 

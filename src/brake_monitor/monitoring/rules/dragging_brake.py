@@ -1,6 +1,7 @@
 """Dragging brake: one goes on pressing when the others are released, or all do while the train pulls the wagon."""
 
 from collections.abc import Sequence
+from math import inf
 
 from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.inputs.pad_contact import RELEASE_FRACTION
@@ -13,7 +14,6 @@ from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Rule, Suspicio
 from brake_monitor.monitoring.rules.hidden_drag import HiddenDrag, HiddenDragSearch
 from brake_monitor.monitoring.rules.lasting_creep import CreepDrag, LastingCreepSearch
 from brake_monitor.monitoring.rules.participation import LEAST_FRICTION, Participation
-from brake_monitor.monitoring.rules.pulled_braked import PulledBraked
 from brake_monitor.samples import Quantity
 from brake_monitor.settings.alarm_settings import DraggingBrakeRule
 
@@ -39,7 +39,8 @@ class DraggingBrake(Rule[DraggingBrakeRule]):
         self._released_n = RELEASE_FRACTION * settings.min_force_n
         self._least_friction = LEAST_FRICTION * friction_nominal
         self._participation = Participation(settings.min_force_n, wheelset_count)
-        self._pulled = PulledBraked(STRONG * settings.min_force_n)
+        self._strong_n = STRONG * settings.min_force_n
+        self._least_mps = inf  # since more than half of the brakes have pressed so strongly without interruption
         self._search = HiddenDragSearch(settings.min_force_n, settings.hidden_force_n)
         self._long_search = LastingCreepSearch(settings.min_force_n, settings.hidden_force_n)
         self._blocks: set[int] = set()  # brakes that let their wheelsets stand, and may still press
@@ -50,7 +51,7 @@ class DraggingBrake(Rule[DraggingBrakeRule]):
         count = len(self.wheelsets)
         hidden = self._search.see(now, seen.all_good)
         creeping = self._long_search.see(now, seen.all_good)
-        gained_mps = self._pulled.see(now.speed_mps, seen.forces_n if seen.all_good else ())
+        gained_mps = self._gained_mps(seen)
         if all(seen.inputs.are_good(Quantity.PRESSING_FORCE, count)):  # in a tunnel as well
             self._participation.see(now.time_s, seen.forces_n)
         if not seen.all_good:
@@ -70,8 +71,8 @@ class DraggingBrake(Rule[DraggingBrakeRule]):
         if hidden:
             found[hidden.wheelset] = _hidden(hidden, now)
         if gained_mps > GAINED_MPS:
-            least_n, from_mps = STRONG * self.settings.min_force_n, self._pulled.least_speed_mps
-            found |= {i: _pulled(i, seen, from_mps) for i in range(count) if seen.forces_n[i] >= least_n}
+            pressing = [i for i, force_n in enumerate(seen.forces_n) if force_n >= self._strong_n]
+            found |= {i: _pulled(i, seen, self._least_mps) for i in pressing}
         return tuple([found.get(i) or self._judge(i, released, seen) for i in range(count)])
 
     def resume(self, i: int, evidence: Values) -> MisledBy | None:
@@ -93,6 +94,12 @@ class DraggingBrake(Rule[DraggingBrakeRule]):
     def _drags_unseen(self) -> set[int]:
         """The wheelsets of which it has been found, and not known to be over."""
         return self._blocks.union(self._search.lasting, self._long_search.lasting)
+
+    def _gained_mps(self, seen: Observation) -> float:
+        """What the wagon has gained though most brakes press, as far as is known: the train pulls it."""
+        press = [force_n >= self._strong_n for force_n in seen.forces_n] if seen.all_good else []
+        self._least_mps = min(self._least_mps, seen.estimate.speed_mps) if 2 * sum(press) > len(press) else inf
+        return seen.estimate.speed_mps - self._least_mps
 
     def _see_blocked(self, speed_mps: float, wheels: tuple[WheelState, ...]) -> None:
         if speed_mps < STANDSTILL_MPS:
