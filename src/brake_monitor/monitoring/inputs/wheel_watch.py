@@ -134,7 +134,8 @@ class WheelWatch:
         else:
             not_turned = wheel.origin in NOT_TURNED
             stands = wheel.holding.suffices if not_turned else self._past.drags_since(wheel.stands_since_s, now.time_s)
-            wheel.decided = WheelState.STOPPED if stands or self._drags_unbraked(now) else WheelState.CONTRADICTED
+            drags = (self._past.unbraked_mps2(now) or 0.0) > UNCOMPARED_DRAG_MPS2
+            wheel.decided = WheelState.STOPPED if stands or drags else WheelState.CONTRADICTED
         return wheel.decided
 
     def _is_released(self, wheel: WatchedWheelset, now: Estimate) -> bool:
@@ -157,10 +158,6 @@ class WheelWatch:
         drags_for_long = now.time_s - wheel.drags_since_s >= LATE_DRAG_S
         if drags_for_long and wheel.origin in NOT_TURNED and not self._is_in_train:
             wheel.decided = WheelState.STOPPED
-
-    def _drags_unbraked(self, now: Estimate) -> bool:
-        unbraked_mps2 = self._past.unbraked_mps2(now)
-        return unbraked_mps2 is not None and unbraked_mps2 > UNCOMPARED_DRAG_MPS2
 
 
 def _slip_alike(slips: Sequence[float]) -> bool:

@@ -41,10 +41,10 @@ def creep_shares(record: ApplicationRecord) -> list[Share] | None:
     ]
 
 
-def can_tell_apart(record: ApplicationRecord) -> bool:
-    """Whether creep would have shown that one brake does a different share of the work."""
+def are_known(record: ApplicationRecord, within: float = APART) -> bool:
+    """Whether creep tells every share so well; by the default it shows that one brake does a different one."""
     shares = creep_shares(record)
-    return shares is not None and all(CLEAR_SIGMAS * share.std <= APART for share in shares)
+    return shares is not None and all(CLEAR_SIGMAS * share.std <= within for share in shares)
 
 
 def mean_creep(record: ApplicationRecord) -> float | None:

@@ -59,8 +59,10 @@ class DraggingBrake(Rule[DraggingBrakeRule]):
         self._see_blocked(now.speed_mps, seen.wheels)
         if now.speed_mps < self.settings.min_speed_mps:
             return (UNKNOWN,) * count
-        if BLOCKED in seen.wheels:
-            return tuple([self._judge_beside_blocked(i, seen) for i in range(count)])
+        if BLOCKED in seen.wheels:  # nothing can be said of a brake that is applied, or of wheelsets that roll
+            pairs = zip(seen.wheels, seen.forces_n, strict=True)
+            are_held = [state is BLOCKED and force_n < self._released_n for state, force_n in pairs]
+            return tuple([_blocked(i, now) if is_held else UNKNOWN for i, is_held in enumerate(are_held)])
         if now.saturated or True in seen.motors_brake:
             return (UNKNOWN,) * count
         may_drag = self._drags_unseen or self._long_search.suspected is not None
@@ -106,11 +108,6 @@ class DraggingBrake(Rule[DraggingBrakeRule]):
             self._blocks.clear()
         elif BLOCKED in wheels:
             self._blocks.update([i for i, state in enumerate(wheels) if state is BLOCKED])
-
-    def _judge_beside_blocked(self, i: int, seen: Observation) -> Verdict:
-        """Meanwhile nothing can be said of a brake that is applied, or of wheelsets that roll."""
-        is_blocked = seen.wheels[i] is BLOCKED and seen.forces_n[i] < self._released_n
-        return _blocked(i, seen.estimate) if is_blocked else UNKNOWN
 
     def _judge(self, i: int, released: list[int], seen: Observation) -> Verdict:
         if i in released:

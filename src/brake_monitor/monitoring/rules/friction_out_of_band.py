@@ -6,7 +6,7 @@ from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.alarm import Severity
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.rule import FINE, UNKNOWN, Finding, Verdict
-from brake_monitor.monitoring.rules.creep_shares import can_tell_apart
+from brake_monitor.monitoring.rules.creep_shares import are_known
 from brake_monitor.monitoring.rules.mean_friction import pooled
 from brake_monitor.monitoring.rules.per_application import Applications, PerApplication
 from brake_monitor.monitoring.rules.told_apart import is_set_apart, told_apart
@@ -92,5 +92,5 @@ class FrictionOutOfBand(PerApplication[FrictionOutOfBandRule]):
         common = (median(others) / self._nominal - 1.0) / deviation
         if common <= TOGETHER:
             return ""
-        alone = "" if can_tell_apart(record) else ", or one brake that is much further off and cannot be told from them"
+        alone = "" if are_known(record) else ", or one brake that is much further off and cannot be told from them"
         return f"; so had the others: a wrong mass or force scale shows like this{alone}"

@@ -19,18 +19,17 @@ class MemoryFailing(Rule[MemoryFailingRule]):
         super().__init__(settings)
         self._reason = ""  # of the last failure, ...
         self._failed_s = -inf  # ... when that was, ...
-        self._failures = 0  # ... and how many there were, one soon after the other
+        self._fails_again = False  # ... and whether it came soon after another one
         self._fails = False
 
     def judge(self, seen: Observation) -> tuple[Verdict]:
         """Judge the gateway. One that works for moments only, fails."""
         is_soon = 0.0 <= seen.time_s - self._failed_s <= AGAIN_S
         if seen.memory_failure:
-            if not self._fails:
-                self._failures = self._failures + 1 if is_soon else 1
+            self._fails_again = self._fails_again if self._fails else is_soon
             self._reason, self._failed_s = seen.memory_failure, seen.time_s
         self._fails = bool(seen.memory_failure)
-        if not (self._fails or (self._failures > 1 and is_soon)):
+        if not (self._fails or (self._fails_again and is_soon)):
             return (FINE,)
         message = f"The memory cannot be written: {self._reason}; a restart would lose what is new."
         return (Finding(Severity.WARNING, message, {"reason": self._reason}),)

@@ -74,7 +74,10 @@ class Slide(Rule[SlideRule]):
         if state is DOUBTFUL and not stands:
             return UNKNOWN
         if stands or state in ROLLS:
-            return self._judge_rolling(i, now.time_s)
+            if slide is None:
+                return FINE
+            slide.is_over = self._ended_before(slide, now.time_s)
+            return UNKNOWN if slide.sliding_m < self.settings.min_distance_m else FINE
         if slide is None or slide.is_over:
             began = End.at(now, acts_before)
             slide = self._slides[i] = _Slide(began, began)
@@ -86,13 +89,6 @@ class Slide(Rule[SlideRule]):
         if slide.sliding_m < self.settings.min_distance_m:
             return UNKNOWN
         return self._finding(i, slide)
-
-    def _judge_rolling(self, i: int, time_s: float) -> Verdict:
-        slide = self._slides[i]
-        if slide is None:
-            return FINE
-        slide.is_over = self._ended_before(slide, time_s)
-        return UNKNOWN if slide.sliding_m < self.settings.min_distance_m else FINE
 
     def _ended_before(self, slide: _Slide, time_s: float) -> bool:
         """Whether it is too long ago for what comes now to go on with it."""

@@ -13,7 +13,7 @@ from msgspec.structs import replace
 from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.monitoring.brake_units.application_record import ApplicationRecord, WheelsetRecord
 from brake_monitor.monitoring.rules.agreed_shares import agreed_shares, lagging_shares
-from brake_monitor.monitoring.rules.creep_shares import CLEAR_SIGMAS, Share, creep_shares, mean_creep
+from brake_monitor.monitoring.rules.creep_shares import Share, are_known, creep_shares, mean_creep
 
 OFF = 0.15  # of nominal: more than weather changes friction, so that something is wrong with a brake
 CULPRIT = 0.40  # of nominal
@@ -58,18 +58,12 @@ def _with_proportional_creep(applications: Sequence[ApplicationRecord]) -> list[
     """
     compliances = [_compliance(record) for record in applications]
     pairs = zip(applications, compliances, strict=True)
-    known = sorted(compliance for record, compliance in pairs if compliance and _is_known(record))
+    known = sorted(compliance for record, compliance in pairs if compliance and are_known(record, 1.0))
     if not known:
         return list(applications)
     most = STEEP * known[len(known) // 4]
     pairs = zip(applications, compliances, strict=True)
     return [record for record, compliance in pairs if compliance is not None and compliance <= most]
-
-
-def _is_known(record: ApplicationRecord) -> bool:
-    """Whether what all creep is no noise."""
-    shares = creep_shares(record)
-    return shares is not None and all(CLEAR_SIGMAS * share.std <= 1.0 for share in shares)
 
 
 def _compliance(record: ApplicationRecord) -> float | None:
