@@ -105,7 +105,7 @@ LAYERS = {
             "rules.slippery_stretch rules.low_adhesion rules.wheelset_not_rotating rules.slide rules.losses "
             "rules.bus_pace "
             "rules.inputs rules.buses rules.memory_failing rules.creep_shares rules.agreed_shares rules.told_apart "
-            "rules.per_application rules.participation rules.turns rules.rolled_way "
+            "rules.per_application rules.participation rules.rolled_way "
             "rules.block_means rules.hidden_drag rules.lasting_creep rules.dragging_brake rules.brake_not_applied "
             "rules.uneven_braking rules.mean_friction rules.friction_out_of_band rules.friction_drift rules.hot_disc "
             "rules.pads rules.all_rules monitor",

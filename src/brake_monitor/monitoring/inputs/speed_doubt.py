@@ -7,12 +7,7 @@ from brake_monitor.monitoring.inputs.speed_scale import SpeedScale
 from brake_monitor.monitoring.inputs.turning import HARDEST_RETARDATION_MPS2, WATCHED_FROM_MPS
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wagon_past import WAIT_S, WagonPast
-from brake_monitor.monitoring.inputs.watched_wheelset import (
-    CUTS_OUT_BELOW_MPS,
-    NOT_TURNED,
-    Origin,
-    WatchedWheelset,
-)
+from brake_monitor.monitoring.inputs.watched_wheelset import CUTS_OUT_BELOW_MPS, NOT_TURNED, Origin, WatchedWheelset
 
 SOONER_S = 0.2  # the vehicle's speed is doubted this long before all its wheelsets are said to stand
 ALL_STOPPED_MPS2 = 0.1  # no wheelset turns and yet the wagon hardly slows down: its speed is wrong

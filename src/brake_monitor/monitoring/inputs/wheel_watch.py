@@ -17,12 +17,7 @@ from brake_monitor.monitoring.inputs.speed_doubt import SpeedDoubt
 from brake_monitor.monitoring.inputs.turning import RELEASED_S, ROLLING_SLIP, WATCHED_FROM_MPS
 from brake_monitor.monitoring.inputs.vehicle_speed import VehicleSpeed
 from brake_monitor.monitoring.inputs.wagon_past import DRAG_MPS2, WAIT_S, WagonPast
-from brake_monitor.monitoring.inputs.watched_wheelset import (
-    CUTS_OUT_BELOW_MPS,
-    NOT_TURNED,
-    Origin,
-    WatchedWheelset,
-)
+from brake_monitor.monitoring.inputs.watched_wheelset import CUTS_OUT_BELOW_MPS, NOT_TURNED, Origin, WatchedWheelset
 from brake_monitor.monitoring.inputs.wheel_state import WheelState
 from brake_monitor.monitoring.passing_time import LastTime
 from brake_monitor.samples import Measurand, Quantity

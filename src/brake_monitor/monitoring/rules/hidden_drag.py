@@ -24,7 +24,7 @@ from brake_monitor.estimation.estimate import Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.rolling.line_roughness import PULLED_MPS2
 from brake_monitor.monitoring.rules.block_means import BLOCK, block_means, mean_and_std, moved, std_between
-from brake_monitor.monitoring.rules.turns import LEAST_SPEED_MPS, log_turns, turns_apart
+from brake_monitor.monitoring.rules.rolled_way import LEAST_SPEED_MPS, log_turns, turns_apart
 
 BEFORE_S = 12.0  # of free rolling before the application, at most ...
 LEAST_BEFORE_S = 4.0

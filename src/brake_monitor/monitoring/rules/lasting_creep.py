@@ -16,8 +16,7 @@ from brake_monitor.estimation.estimate import LONGEST_STEP_S, Estimate
 from brake_monitor.estimation.model.wagon import GRAVITY_MPS2
 from brake_monitor.estimation.rolling.radius_calibration import TURNED_S
 from brake_monitor.monitoring.contact_stiffness import SOFT, USUAL_STIFFNESS
-from brake_monitor.monitoring.rules.rolled_way import RolledWay, Stretch
-from brake_monitor.monitoring.rules.turns import LEAST_SPEED_MPS, log_turns, turns_apart
+from brake_monitor.monitoring.rules.rolled_way import LEAST_SPEED_MPS, RolledWay, Stretch, log_turns, turns_apart
 
 AFTER_S = 3.0  # of the release, or of a motor's torque: speeds still settle
 BLOCK_S = 5.0  # of free rolling, whose mean is one value
