@@ -26,6 +26,7 @@ LARGEST_ADHESION = 0.5  # of a dry rail
 UNBRAKED_RADPS2 = 10.0  # what else turns a wheelset that no brake slows down, or that the rail has brought to rolling
 ROLLING_STD = 3e-3  # of the speed of a wheelset that rolls freely: what its radius is not known by, and curves
 CREEPING_STD = 2e-2  # ... and of one under a brake
+LONGEST_TOOTH_RAD = 0.1  # of a pole wheel, which has 60 teeth and more
 
 # What became of a sample.
 TAKEN, FUSED, ASIDE, FROZEN, CONTRADICTED, UNSOUND, NOT_ORDINARY = range(7)
@@ -41,6 +42,8 @@ class Correction(ChangeDoubt):
         reading, time_s = self.readings[index], self.now.time_s
         since_s, passed_s = time_s - reading.fused_s, time_s - reading.came_s
         reading.came_s = time_s
+        if index < self.wheelset_count and self.is_slow(index, value):
+            variance += self.tooth_variance(index, value)
         residual, total_variance = self.innovation(index, value, variance)
         if self.foretold.is_asked:
             self.foretell(index, since_s, residual, total_variance)
@@ -58,6 +61,27 @@ class Correction(ChangeDoubt):
         if index < self.wheelset_count and self.reads_locked(index, value):
             return self.begin_with(index, value, variance)
         return self.correct(index, since_s, variance, residual, total_variance)
+
+    def is_slow(self, i: int, value: float) -> bool:
+        """Whether a wheelset turns so slowly that a tooth of its pole wheel takes longer than readings are apart.
+
+        To the letter of (20) this does not count.
+        """
+        return 0.0 < value * self.readings[i].spacing_s < LONGEST_TOOTH_RAD and not self.tuning.literal
+
+    def awaits_tooth(self, i: int, time_s: float, value: float) -> bool:
+        """Whether a reading of it says what the one before said as no tooth has passed: it is not new."""
+        frozen = self.readings[i].frozen
+        return frozen.repeats and self.is_slow(i, value) and value * (time_s - frozen.since_s) < LONGEST_TOOTH_RAD
+
+    def tooth_variance(self, i: int, value: float) -> float:
+        """The variance of a new one: it is as old as its tooth, and a wheelset that slows down may stand by now.
+
+        One that is turned up passes its next tooth the sooner.
+        """
+        late_s = LONGEST_TOOTH_RAD / value - self.readings[i].spacing_s
+        lost_radps = min(max(-self.foretold_radps2(i), 0.0) * late_s, value)
+        return lost_radps * lost_radps
 
     def foretell(self, index: int, since_s: float, residual: float, total_variance: float) -> None:
         """Add up how probable a reading was that has just come."""
@@ -208,11 +232,14 @@ class Correction(ChangeDoubt):
 
         A rail that is dry again accelerates a wheelset more than any brake, and suddenly no more once it rolls.
         """
+        foretold_radps = self.foretold_radps2(i) * since_s
+        return residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
+
+    def foretold_radps2(self, i: int) -> float:
+        """The angular acceleration with which the prediction goes on, but for that of a motor."""
         wheel, x = self.wheels[i], self.filter.x
         by_rail = x[self.adhesion_place + i] * rail_radps2(wheel, wheel.wheel_load_n, 1.0)
-        by_brake = x[self.friction_place + i] * brake_radps2(wheel, wheel.force.value, 1.0)
-        foretold_radps = (by_rail - by_brake) * since_s
-        return residual * foretold_radps < 0.0 and abs(residual) <= gate + abs(foretold_radps)
+        return by_rail - x[self.friction_place + i] * brake_radps2(wheel, wheel.force.value, 1.0)
 
     def admit_jump(self, i: int, residual: float, since_s: float) -> None:
         """Admit a jump of mu_w,i that explains the surprising residual of a wheel speed, and what v has lost by it."""
