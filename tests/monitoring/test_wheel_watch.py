@@ -642,5 +642,5 @@ def test_what_is_remembered_does_not_grow_with_time(set_back_s: float) -> None:
         own = wheelset(slip=0.0, omega_radps=20.0 / radius_m, pressing_force_n=0.0)
         watch.judge(estimate(time_s=time_s, speed_mps=20.0, wheelsets=(own, own)), [True, True])
         remembered.append(len(watch._past._past))
-        assert all(past.time_s <= time_s for past in watch._past._past)
+        assert all(past_s <= time_s for past_s, *_ in watch._past._past)
     assert max(remembered) == max(remembered[:200])
