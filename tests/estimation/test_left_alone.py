@@ -1,9 +1,13 @@
 """What is seen and yet no news: of a wagon that is parked, and of wheelsets that slide."""
 
+from collections.abc import Callable
+from math import inf
+
 import pytest
 
 from brake_monitor.estimation.core.core import Core
 from brake_monitor.estimation.core.correction import FROZEN, TAKEN
+from brake_monitor.estimation.doubts.consistency import BIASED
 from test_doubted_friction import braking
 
 SPACING_S = 0.01
@@ -54,3 +58,56 @@ def test_a_lag_at_either_bound_explains_nothing(core: Core, bound: str) -> None:
     assert not core.is_lag_at_limit()
     core.filter.x[core.lag_place] = getattr(core.filter, bound)[core.lag_place]
     assert core.is_lag_at_limit()
+
+
+def slide(core: Core) -> None:
+    core.now.has_slid = True
+
+
+def come_back(core: Core) -> None:
+    core.now.application.back_from = -0.1
+
+
+def contradict(core: Core) -> None:
+    core.now.consistency.raised_s[BIASED] = core.now.time_s
+
+
+def go_steadily_on(_: Core) -> None:
+    """Nothing else accounts for the change."""
+
+
+@pytest.mark.parametrize(
+    ("meanwhile", "doubts"), [(slide, False), (come_back, False), (contradict, False), (go_steadily_on, True)]
+)
+def test_a_deceleration_that_changes_is_in_doubt_only_where_nothing_else_accounts_for_it(
+    core: Core, meanwhile: Callable[[Core], None], doubts: bool
+) -> None:
+    """Slides teach friction, what comes back is friction's, and a speed that contradicts widens it anyway."""
+    now, brakes, place = core.now, core.filter, core.friction_place
+    now.has_slid, now.application.back_from, now.consistency.raised_s[BIASED] = False, 0.0, -inf
+    core.see_changes()
+    meanwhile(core)
+    before = brakes.std(place)
+    brakes.x[core.deceleration_place] += 0.2
+    now.time_s += 0.1
+    core.see_changes()
+    assert (brakes.std(place) > before) is doubts
+
+
+@pytest.mark.parametrize(
+    ("known_std_mps2", "change_mps2", "doubts"),
+    [(0.0, 0.5, True), (0.0, 5e-4, False), (0.1, 0.5, False)],
+    ids=["a change", "noise", "what was not known before"],
+)
+def test_only_what_was_known_can_change_and_by_more_than_it_wanders(
+    core: Core, known_std_mps2: float, change_mps2: float, doubts: bool
+) -> None:
+    now, brakes, place = core.now, core.filter, core.friction_place
+    now.consistency.raised_s[BIASED] = -inf
+    brakes.widen(core.deceleration_place, known_std_mps2**2)
+    core.see_changes()
+    before = brakes.std(place)
+    brakes.x[core.deceleration_place] += change_mps2
+    now.time_s += 0.1
+    core.see_changes()
+    assert (brakes.std(place) > before) is doubts
