@@ -4,7 +4,7 @@ from math import hypot, sqrt
 from typing import Self
 
 from msgspec import Struct
-from msgspec.structs import astuple, replace
+from msgspec.structs import replace
 
 from brake_monitor.estimation.estimate import INTERVAL_SIGMAS
 from brake_monitor.settings.wear_settings import WearSettings
@@ -29,7 +29,13 @@ class PadUse(Struct, frozen=True, gc=False):  # only numbers: nothing that could
 
     def plus(self, more: "PadUse", share: float = 1.0) -> "PadUse":
         """This share of it, and more."""
-        return PadUse(*[share * own + other for own, other in zip(astuple(self), astuple(more), strict=True)])
+        return PadUse(
+            share * self.energy_j + more.energy_j,
+            share * self.force_travel_nm + more.force_travel_nm,
+            share * self.stops + more.stops,
+            share * self.sliding_distance_m + more.sliding_distance_m,
+            share * self.distance_m + more.distance_m,
+        )
 
 
 class Rate(Struct, frozen=True):
