@@ -5,13 +5,14 @@ J dω/dt = mu_w m g r - mu_b F r_B.
 """
 
 from collections.abc import Iterator
+from dataclasses import replace
 from math import floor, tau
 from typing import NamedTuple
 
 import numpy as np
 import pytest
 
-from brake_monitor.estimation.estimate import Status
+from brake_monitor.estimation.estimate import Estimate, Status
 from brake_monitor.estimation.estimator import Estimator
 from brake_monitor.samples import Channel, Quality, Quantity, Sample
 from brake_monitor.settings.config import EstimatorSettings, Vehicle
@@ -107,12 +108,25 @@ def samples(truth: list[Instant]) -> Iterator[Sample]:
             yield Sample(now.time_s, Quantity.SPEED, 0, now.speed_mps + rng.normal() * SPEED_STD_MPS, Quality.GOOD)
 
 
+def estimates(teeth: int, delay_s: float = 0.0) -> Iterator[tuple[float, Estimate]]:
+    """Of the time in which it slides, by when; all readings come so late, and wait for each other."""
+    estimator = Estimator(VEHICLE, EstimatorSettings(), [replace(channel, delay_s=delay_s) for channel in CHANNELS])
+    for sample in samples(list(motion(teeth))):
+        late = sample._replace(time_s=sample.time_s + delay_s)
+        if estimator.take(late) and sample.time_s > JUDGED_FROM_S:
+            yield sample.time_s, estimator.estimate()
+
+
 @pytest.mark.parametrize("teeth", [60, 80, 100])
 def test_a_reading_that_waits_for_a_tooth_tells_nothing_new(teeth: int) -> None:
     """Taken for true, it would say that the wheelset falls no further: that the rail gives all that its brake asks."""
-    estimator = Estimator(VEHICLE, EstimatorSettings(), CHANNELS)
-    for sample in samples(list(motion(teeth))):
-        if estimator.take(sample) and sample.time_s > JUDGED_FROM_S:
-            told = estimator.estimate()
-            assert told.status is Status.VALID
-            assert abs(told.adhesion - SLIPPERY) < LARGE_ERROR
+    for _, told in estimates(teeth):
+        assert told.status is Status.VALID
+        assert abs(told.adhesion - SLIPPERY) < LARGE_ERROR
+
+
+def test_nor_does_one_that_has_waited_for_others() -> None:
+    at_once, late = list(estimates(60)), list(estimates(60, delay_s=0.05))
+    assert [at_s for at_s, _ in at_once] == [at_s for at_s, _ in late]
+    for (_, told), (_, told_late) in zip(at_once, late, strict=True):
+        assert told_late.adhesion == pytest.approx(told.adhesion, abs=1e-9)

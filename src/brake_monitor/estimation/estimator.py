@@ -6,7 +6,7 @@ from typing import ClassVar
 
 from brake_monitor.estimation.brake_work import SLIDING_SLIP
 from brake_monitor.estimation.core.core import Core
-from brake_monitor.estimation.core.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY
+from brake_monitor.estimation.core.correction import ASIDE, CONTRADICTED, FROZEN, FUSED, NOT_ORDINARY, TAKEN
 from brake_monitor.estimation.core.new_core import new_core
 from brake_monitor.estimation.core.readout import read_out, width
 from brake_monitor.estimation.doubts.plausibility import is_possible
@@ -220,6 +220,8 @@ class Estimator:
         step_s = sample.time_s - self._now.time_s
         if not -MOST_LATE_S <= step_s <= LONGEST_STEP_S:
             self._restart(sample.time_s)
+        elif self.core.awaits_tooth(index, sample.time_s, value):
+            return TAKEN
         elif step_s > 0.0:
             self._predict(sample.time_s, step_s)
         elif step_s < 0.0:  # not later than MOST_LATE_S: carry the reading forward to the filter's time

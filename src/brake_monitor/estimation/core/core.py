@@ -140,7 +140,7 @@ class Core(Prediction, Correction):
             return NOT_ORDINARY
         if self.see_repeats(index, time_s, value):
             return FROZEN
-        if index < self.wheelset_count and self.awaits_tooth(index, time_s, abs(value)):
+        if self.awaits_tooth(index, time_s, abs(value)):
             return TAKEN
         if step_s > 0.0:
             self.take_inputs(time_s, step_s)

@@ -69,10 +69,12 @@ class Correction(ChangeDoubt):
         """
         return 0.0 < value * self.readings[i].spacing_s < LONGEST_TOOTH_RAD and not self.tuning.literal
 
-    def awaits_tooth(self, i: int, time_s: float, value: float) -> bool:
-        """Whether a reading of it says what the one before said as no tooth has passed: it is not new."""
-        frozen = self.readings[i].frozen
-        return frozen.repeats and self.is_slow(i, value) and value * (time_s - frozen.since_s) < LONGEST_TOOTH_RAD
+    def awaits_tooth(self, index: int, time_s: float, value: float) -> bool:
+        """Whether a reading says what the one before said since no tooth has passed: it is not new."""
+        reading = self.readings[index]
+        if index == self.wheelset_count or not reading.frozen.repeats or reading.fused_s == -inf:
+            return False
+        return self.is_slow(index, value) and value * (time_s - reading.frozen.since_s) < LONGEST_TOOTH_RAD
 
     def tooth_variance(self, i: int, value: float) -> float:
         """The variance of a new one: it is as old as its tooth, and a wheelset that slows down may stand by now.
