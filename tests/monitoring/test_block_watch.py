@@ -30,8 +30,8 @@ def wagon() -> tuple[Settings, tuple[Channel, ...]]:
 def two_judges() -> tuple[InputJudge, InputJudge]:
     """One that is to see samples together, one that is to see them one by one."""
     settings, channels = wagon()
-    ratios = settings.estimator.contact_force_n
-    return InputJudge(settings, channels, CreepMeter(ratios)), InputJudge(settings, channels, CreepMeter(ratios))
+    contact_n = settings.estimator.contact_force_n
+    return InputJudge(settings, channels, CreepMeter(contact_n)), InputJudge(settings, channels, CreepMeter(contact_n))
 
 
 def speed_mps(time_s: float) -> float:
