@@ -71,6 +71,15 @@ def test_the_mean_retardation_of_a_steady_braking_is_that(times_s: list[float], 
     assert found == (None if expected is None else pytest.approx(expected, rel=1e-5))
 
 
+def test_time_that_stands_still_breaks_nothing() -> None:
+    """As while no speed comes: the estimate is of the same instant, and may be the first that tells of free rolling."""
+    retardation, own = Retardation(example_settings("wagon").vehicle), wheelset(motor_force_n=0.0)
+    for time_s in (0.0, 100.0, 100.1, *[100.2] * 10):
+        now = estimate(time_s=time_s, speed_mps=20.0, wheelsets=(own, own))
+        retardation.see(now, rolls_freely=time_s > 0.0)
+    assert retardation.by_brakes_mps2 is None
+
+
 def test_a_line_that_was_long_ago_says_nothing() -> None:
     braked_s = 4.0
     for creeping_s, is_told in ((EXPIRES_S - braked_s - 5.0, True), (EXPIRES_S, False)):

@@ -15,6 +15,6 @@ class RunningMean:
         self.count = 0.0
 
     def add(self, value: float, weight: float = 1.0) -> None:
-        """Take the next value."""
+        """Take the next value; one that has lasted for no time yet counts where there is no other."""
         self.count = min(self.count + weight, self._most)
-        self.value += (value - self.value) * (weight / self.count)
+        self.value += (value - self.value) * (weight / self.count if self.count else 1.0)
